@@ -1,0 +1,99 @@
+"""Say what was found, what was expected and what to do: the errors a user can cause."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+
+__all__ = [
+    "BeliefCollapse",
+    "DescriptionError",
+    "InputError",
+    "MapError",
+    "NoRelationFound",
+    "OutputError",
+    "OutsideMap",
+    "SloopError",
+    "UnknownName",
+    "nearest_names",
+]
+
+
+class SloopError(Exception):
+    """Base of every error that a user can cause; the command line prints it as one line."""
+
+
+class InputError(SloopError, ValueError):
+    """An argument has a value that cannot be used."""
+
+
+class UnknownName(InputError):
+    """A name is not in the registry or map it was looked up in.
+
+    Attributes
+    ----------
+    kind : what was looked up, such as ``"map"`` or ``"model"``.
+    found : the name that was given.
+    expected : the names that would have been accepted.
+    """
+
+    def __init__(self, kind: str, found: str, expected: Iterable[str], hint: str = "") -> None:
+        self.kind, self.found, self.expected = kind, found, tuple(expected)
+        near = nearest_names(found, self.expected, count=1)
+        guess = f"; did you mean '{near[0]}'?" if near else ""
+        listed = ", ".join(self.expected) or "nothing"
+        super().__init__(
+            f"{kind.capitalize()} '{found}' is unknown; expected one of {listed}{guess}{hint}"
+        )
+
+
+class MapError(InputError):
+    """A map file, or a part of one, does not follow the format.
+
+    Attributes
+    ----------
+    feature : id or index of the feature at fault, if one is.
+    field : name of the field at fault, if one is.
+    """
+
+    def __init__(self, message: str, *, feature: str | None = None, field: str | None = None):
+        self.feature, self.field = feature, field
+        super().__init__(message)
+
+
+class OutsideMap(InputError):
+    """A place lies outside the map's extent."""
+
+
+class DescriptionError(InputError):
+    """A description, a target or a relation is not well formed."""
+
+
+class NoRelationFound(DescriptionError):
+    """A sentence says nothing that could be turned into a relation."""
+
+
+class BeliefCollapse(InputError):
+    """Evidence gives probability zero to everything that was believed possible.
+
+    Attributes
+    ----------
+    prior : the belief before the evidence.
+    observation : what was observed or said.
+    """
+
+    def __init__(self, message: str, *, prior: object = None, observation: object = None):
+        self.prior, self.observation = prior, observation
+        super().__init__(message)
+
+
+class OutputError(SloopError, OSError):
+    """An output path cannot be written."""
+
+
+def nearest_names(name: str, known: Sequence[str], count: int = 3) -> list[str]:
+    """Return up to `count` of the `known` names that look most like `name`, best first."""
+    folded = {k.casefold(): k for k in reversed(known)}
+    return [
+        folded[m] for m in difflib.get_close_matches(name.casefold(), folded, n=count, cutoff=0.5)
+    ]

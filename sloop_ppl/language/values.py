@@ -1,0 +1,166 @@
+"""What a description says, as frozen values: targets, relations, and what was not understood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sloop_ppl.errors import DescriptionError
+from sloop_ppl.language.vocabulary import check_relation
+
+__all__ = ["Description", "RelationSpans", "SpatialRelation", "TargetObject", "Unresolved"]
+
+Span = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class TargetObject:
+    """Something that is searched for.
+
+    Parameters
+    ----------
+    id : CamelCase symbol, such as ``"GreenToyota"``.
+    names : what people call it, such as ``("green toyota", "green car")``.
+    colour : its colour, if it has a telling one.
+    kind : what sort of thing it is, such as ``"car"``.
+    """
+
+    id: str
+    names: tuple[str, ...] = ()
+    colour: str | None = None
+    kind: str | None = None
+
+
+@dataclass(frozen=True)
+class RelationSpans:
+    """Where in the text a relation was read: half-open character ranges."""
+
+    figure: Span
+    relation: Span
+    grounds: tuple[Span, ...]
+
+
+@dataclass(frozen=True)
+class SpatialRelation:
+    """One figure in one relation to one or several grounds.
+
+    Parameters
+    ----------
+    figure : id of the target that is located.
+    relation : canonical relation word.
+    grounds : ids of the landmarks it is located by, at least one; several for "between A and B"
+        and "at the corner of A and B".
+    negated : True for "not behind the bank".
+    distance_m : the distance that was said, metres, or None.
+    confidence : how sure the parser is, in [0, 1].
+    spans : where it was read; None when it was not read from text.
+
+    Raises
+    ------
+    UnknownName : when `relation` is not a canonical word.
+    DescriptionError : when `grounds` is empty.
+    """
+
+    figure: str
+    relation: str
+    grounds: tuple[str, ...]
+    negated: bool = False
+    distance_m: float | None = None
+    confidence: float = 1.0
+    spans: RelationSpans | None = None
+
+    def __post_init__(self) -> None:
+        check_relation(self.relation)
+        if not self.grounds:
+            raise DescriptionError(
+                f"Relation '{self.relation}' of '{self.figure}' has no ground; expected at least one"
+            )
+
+    @property
+    def ground(self) -> str:
+        """The first (for most relations the only) ground."""
+        return self.grounds[0]
+
+
+@dataclass(frozen=True)
+class Unresolved:
+    """A name or a cue that found no home.
+
+    Parameters
+    ----------
+    text : the words.
+    span : where they stand, half-open character range.
+    candidates : ids of the landmarks that come nearest, best first.
+    """
+
+    text: str
+    span: Span
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Description:
+    """What one text says about where targets are on one map.
+
+    Parameters
+    ----------
+    text : the words.
+    map : name of the map its grounds are on.
+    targets : the objects it speaks of.
+    relations : what it says about them.
+    unresolved : what was not understood.
+    """
+
+    text: str
+    map: str
+    targets: tuple[TargetObject, ...]
+    relations: tuple[SpatialRelation, ...]
+    unresolved: tuple[Unresolved, ...] = ()
+
+    def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
+        """Return the relations whose figure is this target, in the order they were said."""
+        return tuple(r for r in self.relations if r.figure == target_id)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the value that ``sloop parse --json`` prints: one relation entry per ground."""
+        return {
+            "text": self.text,
+            "map": self.map,
+            "targets": [t.id for t in self.targets],
+            "relations": _entries(self.relations),
+            "unresolved": [
+                {"text": u.text, "span": list(u.span), "candidates": list(u.candidates)}
+                for u in self.unresolved
+            ],
+        }
+
+
+def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:
+    """Return one entry per ground; the entries of one relation share a `group` number."""
+    entries: list[dict[str, Any]] = []
+    groups = 0
+    for relation in relations:
+        group = None
+        if len(relation.grounds) > 1:
+            group, groups = groups, groups + 1
+        for i, ground in enumerate(relation.grounds):
+            spans = relation.spans
+            entries.append(
+                {
+                    "figure": relation.figure,
+                    "relation": relation.relation,
+                    "ground": ground,
+                    "group": group,
+                    "negated": relation.negated,
+                    "distance_m": relation.distance_m,
+                    "spans": None
+                    if spans is None
+                    else {
+                        "figure": list(spans.figure),
+                        "relation": list(spans.relation),
+                        "ground": list(spans.grounds[i]),
+                    },
+                    "confidence": relation.confidence,
+                }
+            )
+    return entries
