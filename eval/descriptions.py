@@ -1,0 +1,276 @@
+"""Read description files: what people said about placements of objects, with the truth."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from types import MappingProxyType
+
+from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.eval._objects import declared_object
+from sloop_ppl.eval._records import Fault, Record
+from sloop_ppl.language import SpatialRelation, TargetObject
+from sloop_ppl.maps import CityMap, Grid, load_map
+
+__all__ = [
+    "DescribedScene",
+    "FrameAnnotation",
+    "Place",
+    "bundled_examples",
+    "read_descriptions",
+]
+
+FindMap = Callable[[str], CityMap]
+
+# The grid that `col_from_west` and `row_from_north` count on, whatever the map's own cells are.
+_COUNTED_CELL_M = 5.0
+# How far `lonlat`, rounded to seven decimals, may lie from `east_m` and `north_m`.
+_LONLAT_SLACK_M = 0.5
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a target truly is.
+
+    Parameters
+    ----------
+    x_m, y_m : metres east and north of the map's centre.
+    cell : its row (row 0 in the south) and column on the map's grid.
+    """
+
+    x_m: float
+    y_m: float
+    cell: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class FrameAnnotation:
+    """Which way an annotator saw a ground face.
+
+    Parameters
+    ----------
+    ground : id of the ground.
+    relation : the relation it was asked for.
+    front_deg : direction of the front, degrees anticlockwise from east.
+    annotator : who said so, or None.
+    """
+
+    ground: str
+    relation: str
+    front_deg: float
+    annotator: str | None = None
+
+
+@dataclass(frozen=True)
+class DescribedScene:
+    """One line of a description file: a text, what it says, and where the targets are.
+
+    Parameters
+    ----------
+    id : name of the line, unique among the lines read together.
+    map : name of the map.
+    configuration : name of the placement of the objects, shared by all who described it.
+    text : what was said.
+    targets : id of each declared object -> where it is; empty when the line declares none.
+    relations : the gold relations; the entries of a group are one relation.
+    speaker : who said it, or None.
+    frames : annotated frames of reference.
+    """
+
+    id: str
+    map: str
+    configuration: str
+    text: str
+    targets: Mapping[str, Place] = field(default_factory=lambda: MappingProxyType({}))
+    relations: tuple[SpatialRelation, ...] = ()
+    speaker: str | None = None
+    frames: tuple[FrameAnnotation, ...] = ()
+
+    @property
+    def objects(self) -> tuple[TargetObject, ...]:
+        """The declared objects in file order; empty means the default ones."""
+        return tuple(declared_object(name) for name in self.targets)
+
+    def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
+        """Return the gold relations of one target, in file order."""
+        return tuple(r for r in self.relations if r.figure == target_id)
+
+
+def read_descriptions(
+    paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
+) -> tuple[DescribedScene, ...]:
+    """Read one or several description files.
+
+    Parameters
+    ----------
+    paths : ``.jsonl`` files, one JSON object a line; blank lines are passed over.
+    find_map : gives the map of a line by the name in its field ``map``; bundled names and paths
+        when None.
+
+    Returns
+    -------
+    tuple of DescribedScene
+        In file order.
+
+    Raises
+    ------
+    InputError : when a file cannot be read, or for any line that does not follow the format: the
+        message lists the fault of every such line with file, line number and field.
+
+    Notes
+    -----
+    Entries of one relation share a ``group``. The published data give none, so the entries
+    ``between`` of one figure that have no group are one relation too: nothing is between one thing.
+
+    Examples
+    --------
+    >>> from sloop_ppl.eval import bundled_examples
+    >>> scene = bundled_examples()[0]
+    >>> scene.map, scene.targets["RedBike"].cell, scene.relations[1].grounds
+    ('austin', (34, 19), ('ClaudiaTaylorJohnsonHall', 'ChaseBankTower'))
+    """
+    sources = [paths] if isinstance(paths, str | Path) else list(paths)
+    find = functools.cache(find_map or load_map)
+    scenes: dict[str, DescribedScene] = {}
+    faults: list[str] = []
+    for source in sources:
+        before = len(scenes), len(faults)
+        for number, line in _lines(source):
+            try:
+                scene = _scene(_parse(line), find)
+                _check_new(scene.id, scenes)
+                scenes[scene.id] = scene
+            except Fault as fault:
+                faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
+        if before == (len(scenes), len(faults)):
+            faults.append(f"{source} holds no description; expected one JSON object a line")
+    if faults:
+        raise InputError("; ".join(faults))
+    return tuple(scenes.values())
+
+
+def bundled_examples() -> tuple[DescribedScene, ...]:
+    """Return the example descriptions of the bundled cities that ship with the package."""
+    return read_descriptions(Path(str(files("sloop_ppl"))) / "data" / "examples.jsonl")
+
+
+def _check_new(scene_id: str, known: Container[str]) -> None:
+    if scene_id in known:
+        raise Fault("id", f"repeats '{scene_id}'; expected one line for each id")
+
+
+def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
+    try:
+        text = Path(source).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Description file '{source}' cannot be read: {error}") from error
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.strip():
+            yield number, line
+
+
+def _parse(line: str) -> Record:
+    try:
+        data = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise Fault("line", f"is not JSON: {error}") from error
+    if not isinstance(data, dict):
+        raise Fault("line", f"is a {type(data).__name__}; expected a JSON object")
+    return Record(data)
+
+
+def _scene(record: Record, find: FindMap) -> DescribedScene:
+    scene_id, text = record.text("id"), record.text("text")
+    name = record.text("map")
+    try:
+        city = find(name)
+    except SloopError as error:
+        raise Fault("map", f"names no map that can be used: {error}") from error
+    targets = {n: _place(p, city.grid) for n, p in record.members("targets")}
+    return DescribedScene(
+        id=scene_id,
+        map=name,
+        configuration=record.text("configuration", scene_id),
+        text=text,
+        targets=MappingProxyType(targets),
+        relations=_relations(record.entries("relations"), targets, city),
+        speaker=record.optional_text("speaker"),
+        frames=tuple(_frame(e, city) for e in record.entries("frames", required=False)),
+    )
+
+
+def _place(record: Record, grid: Grid) -> Place:
+    x, y = record.number("east_m"), record.number("north_m")
+    try:
+        cell = grid.cell_at(x, y)
+    except SloopError as error:
+        raise Fault(record.path.rstrip("."), f"is not on the map: {error}") from error
+    if "lonlat" in record:
+        near_x, near_y = grid.from_lonlat(*record.pair("lonlat"))
+        # Written so that a coordinate which does not project (nan, inf) is a fault.
+        if not max(abs(near_x - x), abs(near_y - y)) <= _LONLAT_SLACK_M:
+            raise record.fault(
+                "lonlat",
+                f"is ({float(near_x):.1f}, {float(near_y):.1f}) m on this map; expected the place "
+                f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
+            )
+    counted = Grid(*grid.extent_m, cell_m=_COUNTED_CELL_M)
+    row, col = counted.cell_at(x, y)
+    for name, expected in (("col_from_west", col), ("row_from_north", counted.row_from_north(row))):
+        if name in record and record.number(name) != expected:
+            raise record.fault(
+                name,
+                f"is {record.number(name):g}; expected {expected}, the 5 m cell at ({x:g}, {y:g})",
+            )
+    return Place(x, y, cell)
+
+
+def _relations(
+    entries: Iterable[Record], targets: Mapping[str, Place], city: CityMap
+) -> tuple[SpatialRelation, ...]:
+    """Merge the entries of each group; a merged relation stands where its first entry stood."""
+    merged: dict[object, SpatialRelation] = {}
+    for index, entry in enumerate(entries):
+        figure, word = entry.text("figure"), entry.text("relation")
+        if targets and figure not in targets:
+            raise entry.fault("figure", f"is '{figure}'; expected one of {', '.join(targets)}")
+        ground, negated = _ground(entry, city), entry.flag("negated")
+        try:
+            relation = SpatialRelation(figure, word, (ground,), negated)
+        except SloopError as error:
+            raise entry.fault("relation", f"is '{word}': {error}") from error
+        group = entry.group()
+        key: object = ("group", group)
+        if group is None:
+            key = ("between", figure, negated) if word == "between" else ("alone", index)
+        first = merged.setdefault(key, relation)
+        if (first.figure, first.relation, first.negated) != (figure, word, negated):
+            raise entry.fault(
+                "group",
+                f"is {group!r}, which holds '{first.figure} {first.relation}'; expected the same "
+                "figure, relation and negation throughout a group",
+            )
+        if ground not in first.grounds:
+            merged[key] = SpatialRelation(figure, word, (*first.grounds, ground), negated)
+    return tuple(merged.values())
+
+
+def _ground(entry: Record, city: CityMap) -> str:
+    ground = entry.text("ground")
+    try:
+        return city.landmark(ground).id
+    except SloopError as error:
+        raise entry.fault("ground", f"is not on the map: {error}") from error
+
+
+def _frame(entry: Record, city: CityMap) -> FrameAnnotation:
+    return FrameAnnotation(
+        _ground(entry, city),
+        entry.text("relation"),
+        entry.number("front_deg"),
+        entry.optional_text("annotator"),
+    )

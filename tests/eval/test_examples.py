@@ -1,0 +1,96 @@
+"""The bundled examples: they cover the vocabulary, and what they say is true on their maps."""
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+import shapely
+
+from sloop_ppl.eval import bundled_examples
+from sloop_ppl.language import COMPASS, FRAME_RELATIONS, RELATIONS
+from sloop_ppl.maps import bundled_maps, load_map
+
+COMPASS_DEG = {
+    "east": 0, "northeast": 45, "north": 90, "northwest": 135,
+    "west": 180, "southwest": 225, "south": 270, "southeast": 315,
+}  # fmt: skip
+OFFSET_DEG = {"front": 0, "behind": 180, "left": 90, "right": -90}
+
+SCENES = bundled_examples()
+SAID = [
+    pytest.param(scene, relation, id=f"{scene.id}-{relation.figure}-{relation.relation}")
+    for scene in SCENES
+    for relation in scene.relations
+]
+
+
+def seen_from(scene, relation, ground):
+    """Return distance in metres and bearing in radians of the true cell from a ground."""
+    fields = load_map(scene.map).fields(ground)
+    cell = scene.targets[relation.figure].cell
+    return float(fields.distance_m[cell]), float(fields.bearing_rad[cell])
+
+
+def test_every_relation_word_is_said():
+    assert {r.relation for s in SCENES for r in s.relations} == set(RELATIONS)
+
+
+def test_every_map_has_examples_of_two_targets():
+    assert set(Counter(s.map for s in SCENES)) == set(bundled_maps())
+    assert {len(s.targets) for s in SCENES} == {2}
+    assert {o for s in SCENES for o in s.targets} == {"GreenToyota", "RedHonda", "RedBike"}
+
+
+def test_those_who_describe_one_configuration_saw_the_same_places():
+    places = {}
+    for scene in SCENES:
+        assert places.setdefault(scene.configuration, scene.targets) == scene.targets
+    assert len(places) < len(SCENES)
+
+
+def test_every_target_is_spoken_of():
+    for scene in SCENES:
+        assert {r.figure for r in scene.relations} == set(scene.targets), scene.id
+
+
+def test_one_is_negated_and_one_has_several_grounds():
+    said = [r for s in SCENES for r in s.relations]
+    assert any(r.negated for r in said)
+    assert {r.relation for r in said if len(r.grounds) > 1} >= {"between", "at", "on"}
+
+
+@pytest.mark.parametrize(("scene", "relation"), SAID)
+def test_what_is_said_is_true(scene, relation):
+    """Within reach of its grounds, and on the side of them that the word names."""
+    city = load_map(scene.map)
+    kind = RELATIONS[relation.relation]
+    for ground in relation.grounds:
+        distance, bearing = seen_from(scene, relation, ground)
+        if relation.negated:
+            assert distance > 0
+        elif kind == "contact":
+            assert distance <= 10
+        else:
+            # A word of direction may be said of a whole street from far along it.
+            assert distance <= 30
+        if kind in COMPASS:
+            assert math.cos(bearing - math.radians(COMPASS_DEG[kind])) > 0.4
+        if kind in FRAME_RELATIONS:
+            front = math.pi / 2
+            if kind in ("front", "behind"):
+                front = city.bearing_to_nearest_path(ground)
+            assert math.cos(bearing - front - math.radians(OFFSET_DEG[kind])) > 0.4
+
+
+@pytest.mark.parametrize(
+    ("scene", "relation"), [p for p in SAID if p.values[1].relation == "between"]
+)
+def test_between_lies_between(scene, relation):
+    """The nearest points of the grounds are seen in opposite directions from the true place."""
+    city = load_map(scene.map)
+    place = scene.targets[relation.figure]
+    here = shapely.Point(place.x_m, place.y_m)
+    lines = [shapely.shortest_line(here, city.footprint(g)) for g in relation.grounds]
+    (one, other) = (np.subtract(*shapely.get_coordinates(line)) for line in lines)
+    assert one @ other < -0.25 * np.linalg.norm(one) * np.linalg.norm(other)
