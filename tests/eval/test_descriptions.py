@@ -174,8 +174,8 @@ def test_cells_are_those_of_the_map_that_is_found(read):
         (
             {"targets": {"RedBike": {"east_m": 101, "north_m": 0}}, "relations": []},
             (
-                "field 'targets.RedBike' is not on the map: Place (101, 0) is outside the map; expected "
-                "x in [-100, 100] and y in [-100, 100] metres from the map's centre"
+                "field 'targets.RedBike' is not on the map: Place (101, 0) is outside the map; "
+                "expected x in [-100, 100] and y in [-100, 100] metres from the map's centre"
             ),
         ),
         (
@@ -191,8 +191,8 @@ def test_cells_are_those_of_the_map_that_is_found(read):
                 "relations": [],
             },
             (
-                "field 'targets.RedBike.lonlat' is (0.0, 0.0) m on this map; expected the place that "
-                "'east_m' and 'north_m' give, (-37.5, -72.5)"
+                "field 'targets.RedBike.lonlat' is (0.0, 0.0) m on this map; expected the place "
+                "that 'east_m' and 'north_m' give, (-37.5, -72.5)"
             ),
         ),
         (
@@ -260,8 +260,8 @@ def test_the_faults_of_all_lines_are_listed_at_once(read, tmp_path):
         read(line(), "{nonsense", line(id="b", text=None), line(), "[1]", line(id="c"))
     assert str(caught.value).split("; ") == [
         (
-            f"{path}:2: field 'line' is not JSON: Expecting property name enclosed in double quotes: "
-            "line 1 column 2 (char 1)"
+            f"{path}:2: field 'line' is not JSON: Expecting property name enclosed in double "
+            "quotes: line 1 column 2 (char 1)"
         ),
         f"{path}:3: field 'text' is missing",
         "expected a text",
