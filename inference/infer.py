@@ -1,0 +1,105 @@
+"""Infer where targets are from a description: the one road from words to a posterior."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sloop_ppl.errors import DescriptionError, InputError, UnknownName
+from sloop_ppl.inference.engine import ENGINES, InferenceInfo
+from sloop_ppl.inference.posterior import Posterior, Said
+from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import Preset, ground_relations, preset
+
+__all__ = ["infer_description"]
+
+
+def infer_description(
+    description: Description,
+    city: CityMap,
+    model: str | Preset = "bayes",
+    engine: str = "exact",
+    *,
+    prior: Any = None,
+    truth: Mapping[str, tuple[float, float]] | None = None,
+    rng: np.random.Generator | None = None,
+) -> tuple[Posterior, InferenceInfo]:
+    """Return the posterior over the cell of each target, and how it was found.
+
+    Parameters
+    ----------
+    description : what was said; its targets of which it says nothing keep their prior.
+    city : the map it was said of.
+    model : a model's name, or a Preset.
+    engine : an engine's name.
+    prior : belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
+    truth : target -> true place in metres, wanted by the model ``informed``.
+    rng : wanted by engines that draw, ignored by exact ones.
+
+    Raises
+    ------
+    UnknownName : for an unknown model, engine, relation or ground.
+    DescriptionError : when a relation is about no declared target.
+    InputError : for a prior that is not one, or a missing truth.
+    BeliefCollapse : when the prior excludes all that the description allows.
+    """
+    started = time.perf_counter()
+    chosen, run = preset(model), ENGINES[engine]
+    targets = tuple(target.id for target in description.targets)
+    for relation in description.relations:
+        if relation.figure not in targets:
+            raise DescriptionError(
+                f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "
+                f"of the description; expected one of {', '.join(targets)}"
+            )
+    terms = [ground_relations(description.about(target), city) for target in targets]
+    log_prior = log_priors(prior, targets, city.grid)
+    factors = run(
+        terms,
+        city,
+        chosen,
+        log_prior=np.stack([log_prior[target] for target in targets]),
+        truths=_truths(truth, targets, chosen),
+        rng=rng,
+    )
+    heard = [bool(said) or chosen.needs_truth for said in terms]
+    posterior = Posterior(
+        city=city,
+        model=chosen,
+        engine=engine,
+        log_prior=log_prior,
+        said={
+            target: (Said(description, factors.components, factors.log_factor[i], terms[i]),)
+            if heard[i]
+            else ()
+            for i, target in enumerate(targets)
+        },
+        log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
+        texts=(description.text,),
+    )._checked(description)
+    info = InferenceInfo(
+        engine=engine,
+        seconds=time.perf_counter() - started,
+        log_evidence=posterior.log_evidence,
+        not_located=tuple(t for t, had in zip(targets, heard, strict=True) if not had),
+    )
+    return replace(posterior, info=info), info
+
+
+def _truths(
+    truth: Mapping[str, tuple[float, float]] | None, targets: tuple[str, ...], model: Preset
+) -> list[tuple[float, float]] | None:
+    if truth is None or not model.needs_truth:
+        return None
+    for target in targets:
+        if target not in truth:
+            raise UnknownName("true place of target", target, truth)
+    if not targets:
+        raise InputError("The description has no target; expected at least one")
+    return [truth[target] for target in targets]

@@ -1,0 +1,176 @@
+"""Keep a posterior in a netCDF file that carries its map, its descriptions and its tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference.posterior import Posterior, Said
+from sloop_ppl.language import (
+    Description,
+    RelationSpans,
+    SpatialRelation,
+    TargetObject,
+    Unresolved,
+)
+from sloop_ppl.maps import from_geojson, to_geojson
+from sloop_ppl.models import PRESETS, ground_relations, preset
+from sloop_ppl.outputs import check_output, written_whole
+
+__all__ = ["load_posterior", "save_posterior", "to_dataset"]
+
+_FORMAT = 1
+
+
+def to_dataset(posterior: Posterior) -> xarray.Dataset:
+    """Return a posterior as a Dataset.
+
+    Variables are ``belief``, ``log_prior``, ``log_sensed`` (target, y, x) and ``log_factor``
+    (entry, component, y, x), one entry for each description of each target; coordinates x and y
+    are cell centres in metres, y from the south.
+    """
+    grid = posterior.city.grid
+    targets = list(posterior.targets)
+    descriptions = _descriptions(posterior)
+    entries = [(t, said) for t in targets for said in posterior.said[t]]
+
+    def over_cells(tables: Mapping[str, np.ndarray]) -> np.ndarray:
+        return np.stack([tables[t].reshape(grid.shape) for t in targets])
+
+    names = [component.name for component in posterior.model.components]
+    factors = [said.log_factor.reshape(-1, *grid.shape) for _, said in entries]
+    cells = ("y", "x")
+    return xarray.Dataset(
+        {
+            "belief": (("target", *cells), np.stack([posterior.belief(t) for t in targets])),
+            "log_prior": (("target", *cells), over_cells(posterior.log_prior)),
+            "log_sensed": (("target", *cells), over_cells(posterior.log_sensed)),
+            "log_factor": (
+                ("entry", "component", *cells),
+                np.stack(factors) if factors else np.zeros((0, len(names), *grid.shape)),
+            ),
+            "entry_target": ("entry", np.array([targets.index(t) for t, _ in entries], dtype=int)),
+            "entry_description": (
+                "entry",
+                np.array([descriptions.index(said.description) for _, said in entries], dtype=int),
+            ),
+        },
+        coords={
+            "target": targets,
+            "component": names,
+            "y": ("y", grid.y_m, {"units": "m", "long_name": "north of the map's centre"}),
+            "x": ("x", grid.x_m, {"units": "m", "long_name": "east of the map's centre"}),
+        },
+        attrs={
+            "title": "sloop_ppl posterior",
+            "format": _FORMAT,
+            "map": posterior.city.name,
+            "map_digest": posterior.city.digest,
+            "model": posterior.model.name,
+            "variant": posterior.model.variant,
+            "engine": posterior.engine,
+            "log_evidence": posterior.log_evidence,
+            "texts": json.dumps(posterior.texts),
+            "descriptions": json.dumps([asdict(d) for d in descriptions]),
+            "map_geojson": json.dumps(to_geojson(posterior.city)),
+        },
+    )
+
+
+def save_posterior(posterior: Posterior, path: str | Path) -> None:
+    """Write a posterior to a ``.nc`` file, whole or not at all."""
+    target = check_output(path, (".nc",))
+    if posterior.model.name not in PRESETS:
+        raise InputError(
+            f"Model '{posterior.model.name}' is not registered, so a saved posterior could not be "
+            "read again; add it to sloop_ppl.models.PRESETS"
+        )
+    with written_whole(target) as temporary:
+        to_dataset(posterior).to_netcdf(temporary, engine="h5netcdf")
+
+
+def load_posterior(path: str | Path) -> Posterior:
+    """Read a posterior from a ``.nc`` file."""
+    try:
+        with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise InputError(f"Posterior '{path}' cannot be read: {error}") from error
+    if data.attrs.get("title") != "sloop_ppl posterior":
+        raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
+    if data.attrs["format"] != _FORMAT:
+        raise InputError(
+            f"Posterior '{path}' has format {data.attrs['format']}; expected {_FORMAT}; infer it "
+            "again with this version"
+        )
+    return _from_dataset(data)
+
+
+def _from_dataset(data: xarray.Dataset) -> Posterior:
+    city = from_geojson(json.loads(data.attrs["map_geojson"]))
+    model = preset(str(data.attrs["model"]), str(data.attrs["variant"]))
+    descriptions = [_description(d) for d in json.loads(data.attrs["descriptions"])]
+    targets = [str(t) for t in data["target"].values]
+    said: dict[str, tuple[Said, ...]] = dict.fromkeys(targets, ())
+    for entry in range(data.sizes["entry"]):
+        target = targets[int(data["entry_target"][entry])]
+        description = descriptions[int(data["entry_description"][entry])]
+        said[target] += (
+            Said(
+                description=description,
+                components=tuple(str(c) for c in data["component"].values),
+                log_factor=data["log_factor"][entry].values.reshape(data.sizes["component"], -1),
+                terms=ground_relations(description.about(target), city),
+            ),
+        )
+    return Posterior(
+        city=city,
+        model=model,
+        engine=str(data.attrs["engine"]),
+        log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
+        said=said,
+        log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
+        texts=tuple(json.loads(data.attrs["texts"])),
+    )
+
+
+def _descriptions(posterior: Posterior) -> list[Description]:
+    """Return the distinct descriptions of a posterior, in the order they are met."""
+    found = [said.description for entries in posterior.said.values() for said in entries]
+    return list({id(d): d for d in found}.values())
+
+
+def _description(data: dict[str, Any]) -> Description:
+    """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
+    targets = tuple(TargetObject(**{**t, "names": tuple(t["names"])}) for t in data["targets"])
+    relations = tuple(
+        SpatialRelation(
+            **{
+                **r,
+                "grounds": tuple(r["grounds"]),
+                "spans": r["spans"]
+                and RelationSpans(
+                    figure=_span(r["spans"]["figure"]),
+                    relation=_span(r["spans"]["relation"]),
+                    grounds=tuple(_span(s) for s in r["spans"]["grounds"]),
+                ),
+            }
+        )
+        for r in data["relations"]
+    )
+    unresolved = tuple(
+        Unresolved(u["text"], _span(u["span"]), tuple(u["candidates"])) for u in data["unresolved"]
+    )
+    return Description(data["text"], data["map"], targets, relations, unresolved)
+
+
+def _span(value: list[int]) -> tuple[int, int]:
+    start, end = value
+    return start, end

@@ -1,0 +1,119 @@
+"""Mixture components: the ways a speaker's phrases may bear on where a target is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.models.logspace import log_normalise
+from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.registry import Registry
+
+__all__ = ["COMBINATIONS", "CUT_TO", "Component", "PhraseTable", "cut_below_uniform"]
+
+PhraseTable = Callable[[RelationTerm], Tensor]
+"""Gives the log truth of one phrase at every cell, shape (S,)."""
+
+CUT_TO = 1e-12
+"""Probability that the published code leaves to a cell it cuts."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """One way of reading a description.
+
+    Parameters
+    ----------
+    name : what it is called in results.
+    weight : prior probability, > 0; weights are normalised over the components that apply.
+    combine : how the phrases combine, a name in `COMBINATIONS`.
+    keep_frames : False to leave front, behind, left and right out.
+    read_as : a relation every phrase is read as, such as ``"near"``; None to keep what was said.
+    cut : True to cut cells below uniform, as the published code does.
+
+    Raises
+    ------
+    InputError : when the weight is not a positive number.
+
+    Notes
+    -----
+    Source: SLOOP sec. III-E, the mixture of m = 2 and m = 4 components.
+    """
+
+    name: str
+    weight: float = 1.0
+    combine: str = "product"
+    keep_frames: bool = True
+    read_as: str | None = None
+    cut: bool = False
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.weight) and self.weight > 0):
+            raise InputError(
+                f"Component '{self.name}' has weight {self.weight}; expected a positive number"
+            )
+
+    @property
+    def uses_frames(self) -> bool:
+        """Tell whether the component reads frame relations as they were said."""
+        return self.combine == "product" and self.keep_frames and self.read_as is None
+
+    def terms_it_reads(self, terms: tuple[RelationTerm, ...]) -> tuple[RelationTerm, ...]:
+        """Return the terms this component keeps, as it reads them."""
+        kept = tuple(t for t in terms if self.keep_frames or not t.needs_frame)
+        return kept if self.read_as is None else tuple(t.as_relation(self.read_as) for t in kept)
+
+
+Combination = Callable[[tuple[RelationTerm, ...], PhraseTable], Tensor]
+COMBINATIONS: Registry[Combination] = Registry("combination")
+"""Ways to combine phrases: each returns log factors whose sum over rows is the combination's log
+weight of every cell; shape (L, S)."""
+
+
+def _product(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
+    """Return one row per phrase: all phrases hold."""
+    return torch.stack([phrase(term) for term in terms])
+
+
+def _sum(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
+    """Return one row: one of the phrases holds, each as likely, so the one meant is summed out."""
+    each = torch.stack([log_normalise(phrase(term)) for term in terms])
+    return (torch.logsumexp(each, 0) - math.log(len(terms)))[None]
+
+
+def _keyword(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+    """Return one row: 1 on the grounds' cells and 1 / (H W) elsewhere (SLOOP sec. V, keyword)."""
+    on_ground = torch.stack([term.distance_m == 0 for term in terms]).any(0)
+    elsewhere = -math.log(on_ground.numel())
+    return torch.where(on_ground, 0.0, elsewhere).double()[None]
+
+
+def _nothing(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+    """Return one row of zeros: what was said tells nothing."""
+    return torch.zeros(1, terms[0].city.grid.size, dtype=torch.float64)
+
+
+COMBINATIONS.add("product", _product)
+COMBINATIONS.add("sum", _sum)
+COMBINATIONS.add("keyword", _keyword)
+COMBINATIONS.add("nothing", _nothing)
+
+
+def cut_below_uniform(log_p: Tensor) -> Tensor:
+    """Return a normalised table with every cell below uniform set to 1e-12, normalised again.
+
+    Parameters
+    ----------
+    log_p : log probabilities over cells, shape (S,).
+
+    Notes
+    -----
+    Source: the published code; the paper's text has no such cut.
+    """
+    below = log_p < -math.log(log_p.shape[-1])
+    return log_normalise(torch.where(below, math.log(CUT_TO), log_p))

@@ -1,0 +1,43 @@
+"""What a relation likelihood is, and the registry of those there are."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from torch import Tensor
+
+from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.registry import Registry
+
+__all__ = ["LIKELIHOODS", "RelationLikelihood"]
+
+
+@runtime_checkable
+class RelationLikelihood(Protocol):
+    """How true a relation is of each cell: log g, with g in [0, 1].
+
+    Shape legend: S cells of the term's map, B directions.
+    """
+
+    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+        """Return the log probability that the (asserted) relation is true of each cell.
+
+        Parameters
+        ----------
+        term : relation, ground and the ground's fields.
+        direction_rad : directions the relation points in, radians, shape (B,); None for a
+            relation that has no direction.
+
+        Returns
+        -------
+        Tensor
+            At most 0, shape (B, S), or (S,) without a direction.
+        """
+
+    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+        """Return log E[g] over the frame of a frame relation, shape (S,)."""
+
+
+LIKELIHOODS: Registry[RelationLikelihood] = Registry("likelihood")
+"""Relation likelihoods by name."""

@@ -1,0 +1,88 @@
+"""The expected cosine factor under an uncertain frame, in closed form."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import torch
+from torch import Tensor
+
+from sloop_ppl.models.frames import FrameDistribution
+
+__all__ = ["bessel_ratios", "expected_cosine"]
+
+_TERMS = 24
+
+
+@lru_cache(maxsize=256)
+def bessel_ratios(kappa: float, count: int) -> tuple[float, ...]:
+    """Return A_n = I_n(kappa) / I_0(kappa) for n = 0..count, by backward recurrence.
+
+    Parameters
+    ----------
+    kappa : concentration, >= 0, finite.
+    count : highest order, >= 0.
+
+    Examples
+    --------
+    >>> [round(a, 4) for a in bessel_ratios(2.0, 2)]
+    [1.0, 0.6978, 0.3022]
+    """
+    if kappa == 0:
+        return (1.0,) + (0.0,) * count
+    # r_n = I_n / I_(n-1) = 1 / (2 n / kappa + r_(n+1)); starting high enough, r = 0 is exact.
+    ratio, ratios = 0.0, []
+    for n in range(count + 40 + int(2 * kappa), 0, -1):
+        ratio = 1 / (2 * n / kappa + ratio)
+        if n <= count:
+            ratios.append(ratio)
+    values = [1.0]
+    for ratio in reversed(ratios):
+        values.append(values[-1] * ratio)
+    return tuple(values)
+
+
+def expected_cosine(
+    bearing_rad: Tensor, frame: FrameDistribution, offset_rad: float, *, clipped: bool, floor: float
+) -> Tensor:
+    r"""Return E[max(floor, cos x)] (or E|cos x|), x the angle between bearing and relation.
+
+    Parameters
+    ----------
+    bearing_rad : direction of each cell from the ground, radians, shape (S,).
+    frame : distribution of the direction the ground faces.
+    offset_rad : direction of the relation less that of the front, radians.
+    clipped : True for max(0, cos), the published code; False for \|cos\|, the paper's text.
+    floor : least value, > 0, so that logs stay finite.
+
+    Returns
+    -------
+    Tensor
+        In [floor, 1], shape (S,).
+
+    Notes
+    -----
+    Fourier series of the factor with each harmonic shrunk by A_n = I_n(kappa) / I_0(kappa):
+    E[max(0, cos)] = 1/pi + A_1 cos(x)/2 + (2/pi) sum_m (-1)^(m+1) A_2m cos(2 m x)/(4 m^2 - 1),
+    and E|cos| is twice its even part. The floor is applied to points exactly, to spread parts
+    after the expectation.
+    """
+    total = torch.full_like(bearing_rad, frame.lapse * (1 if clipped else 2) / math.pi)
+    for part in frame.parts:
+        x = bearing_rad - part.mean_rad - offset_rad
+        cosine = torch.cos(x)
+        if math.isinf(part.kappa):
+            value = cosine.clamp_min(floor) if clipped else cosine.abs()
+        else:
+            a = bessel_ratios(part.kappa, 2 * _TERMS)
+            value = torch.full_like(x, 1 / math.pi)
+            for m in range(1, _TERMS + 1):
+                if a[2 * m] < 1e-12:
+                    break
+                value = value + (2 / math.pi) * (-1) ** (m + 1) * a[2 * m] * torch.cos(
+                    2 * m * x
+                ) / (4 * m * m - 1)
+            value = value + a[1] * cosine / 2 if clipped else 2 * value
+        total = total + part.weight * value
+    return total.clamp(floor, 1.0)

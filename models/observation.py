@@ -1,0 +1,49 @@
+"""The generative model of a description, as a Pyro program."""
+
+from __future__ import annotations
+
+import pyro
+import pyro.distributions as dist
+import torch
+from pyro.ops.indexing import vindex
+from torch import Tensor
+
+from sloop_ppl.models.evidence import Evidence
+from sloop_ppl.models.truth import TruthValue
+
+__all__ = ["observation_model"]
+
+
+def observation_model(evidence: Evidence, log_prior: Tensor) -> tuple[Tensor, Tensor]:
+    """Draw a component and a cell for each target and observe that what was said is true.
+
+    Shape legend: N targets, K components, L factors, S cells.
+
+    Parameters
+    ----------
+    evidence : what was said, scored at every cell, frames summed out.
+    log_prior : log belief over cells before anything was said, shape (N, S).
+
+    Returns
+    -------
+    tuple of Tensor
+        The component and the cell of each target, shape (N, 1) unless enumerated.
+
+    Notes
+    -----
+    Source: SLOOP eq. (4), as a generative program: component z ~ Categorical(w), cell s ~
+    Categorical(prior), truth_j ~ Bernoulli(g_z(r_j | ground_j, psi_j, s)) observed true. The
+    frames psi_j are independent given the cell and are summed out in closed form. The
+    ``normaliser`` factor makes a component a distribution over cells under a uniform map.
+    """
+    targets, _, factors, _ = evidence.log_truth.shape
+    target = torch.arange(targets)[:, None]
+    with pyro.plate("target", targets, dim=-2):
+        component = pyro.sample("component", dist.Categorical(logits=evidence.log_weight[:, None]))
+        cell = pyro.sample("cell", dist.Categorical(logits=log_prior[:, None]))
+        pyro.factor("normaliser", vindex(evidence.log_normaliser, (target, component, cell)))
+        with pyro.plate("factor", factors, dim=-1):
+            factor = torch.arange(factors)
+            log_g = vindex(evidence.log_truth, (target, component, factor, cell))
+            pyro.sample("truth", TruthValue(log_g), obs=torch.ones(targets, factors))
+    return component, cell

@@ -1,0 +1,164 @@
+"""The paper's six methods and ours, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models.components import Component
+from sloop_ppl.models.frames import FramePrior, PredictedPoint, PredictedSpread
+from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
+from sloop_ppl.registry import Registry
+
+__all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
+
+Normalisation = Literal["truth", "map"]
+VARIANTS = ("published", "paper")
+"""Which source a `sloop*` preset follows: the authors' published code, or the paper's text."""
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A complete observation model.
+
+    Parameters
+    ----------
+    name : what it is called.
+    components : the mixture's components, at least one.
+    likelihood : how true a relation is of each cell.
+    frame_prior : what is believed about which way a ground faces.
+    normalisation : ``"map"`` divides each component by its sum over the map, as the paper's
+        mixture does; ``"truth"`` leaves the raw probability that the phrases are true.
+    lapse : probability that a phrase is wrong and says nothing, in [0, 1).
+    informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
+        metres; None for a model that listens.
+    variant : one of `VARIANTS`.
+
+    Raises
+    ------
+    InputError : when there is no component, or the lapse is outside [0, 1).
+    """
+
+    name: str
+    components: tuple[Component, ...]
+    likelihood: RelationLikelihood
+    frame_prior: FramePrior
+    normalisation: Normalisation = "map"
+    lapse: float = 0.0
+    informed_sigma_m: float | None = None
+    variant: str = "published"
+
+    def __post_init__(self) -> None:
+        if not self.components:
+            raise InputError(f"Model '{self.name}' has no component; expected at least one")
+        if not 0 <= self.lapse < 1:
+            raise InputError(f"Model '{self.name}' has lapse {self.lapse}; expected 0 <= lapse < 1")
+
+    @property
+    def needs_truth(self) -> bool:
+        """Tell whether the model has to be told where the targets are."""
+        return self.informed_sigma_m is not None
+
+
+PRESETS: Registry[Preset] = Registry("model")
+"""Models by name; `preset` looks one up."""
+
+
+def preset(name: str | Preset, variant: str = "published") -> Preset:
+    r"""Return the model of this name.
+
+    Parameters
+    ----------
+    name : a name in `PRESETS`, or a Preset, which is returned as it is.
+    variant : ``"published"`` for the authors' code; ``"paper"`` for the paper's text: \|u.v\|,
+        directions from the nearest cell, at .05 and near .1, no cut. Only the ``sloop*`` models
+        have the two.
+
+    Raises
+    ------
+    UnknownName : when there is no such model or variant.
+
+    Examples
+    --------
+    >>> [c.name for c in preset("sloop-m4").components]
+    ['product', 'no-frame', 'at', 'near']
+    """
+    if isinstance(name, Preset):
+        return name
+    found = PRESETS[name]
+    if variant not in VARIANTS:
+        raise UnknownName("variant", variant, VARIANTS)
+    if variant == "published":
+        return found
+    if not name.startswith("sloop"):
+        raise InputError(
+            f"Model '{name}' has no variant '{variant}'; only the sloop models follow the paper's "
+            "text or its published code"
+        )
+    return _as_in_the_text(found)
+
+
+def _as_in_the_text(published: Preset) -> Preset:
+    weights = {"at": 0.05, "near": 0.1} if len(published.components) == 4 else {}
+    combine = {"at": "product", "near": "product"}
+    components = tuple(
+        replace(
+            part,
+            cut=False,
+            weight=weights.get(part.name, part.weight),
+            combine=combine.get(part.name, part.combine),
+        )
+        for part in published.components
+    )
+    return replace(
+        published,
+        components=components,
+        likelihood=LIKELIHOODS["gaussian-cosine"],
+        variant="paper",
+    )
+
+
+def _register(name: str, *components: Component, informed_sigma_m: float | None = None) -> None:
+    PRESETS.add(
+        name,
+        Preset(
+            name=name,
+            components=components,
+            likelihood=LIKELIHOODS["gaussian-clipped"],
+            frame_prior=PredictedPoint(),
+            informed_sigma_m=informed_sigma_m,
+        ),
+    )
+
+
+_register("uniform", Component("uniform", combine="nothing"))
+_register("keyword", Component("keyword", combine="keyword"))
+_register("informed", Component("informed", combine="nothing"), informed_sigma_m=25.0)
+_register("sloop", Component("product", cut=True))
+_register(
+    "sloop-m2",
+    Component("product", 0.8, cut=True),
+    Component("near", 0.2, combine="sum", read_as="near"),
+)
+_register(
+    "sloop-m4",
+    Component("product", 0.6, cut=True),
+    Component("no-frame", 0.25, keep_frames=False, cut=True),
+    Component("at", 0.1, combine="sum", read_as="at"),
+    Component("near", 0.05, combine="sum", read_as="near"),
+)
+PRESETS.add(
+    "bayes",
+    Preset(
+        name="bayes",
+        components=(
+            Component("product", 0.6),
+            Component("no-frame", 0.25, keep_frames=False),
+            Component("at", 0.1, combine="sum", read_as="at"),
+            Component("near", 0.05, combine="sum", read_as="near"),
+        ),
+        likelihood=GaussianLikelihood(),
+        frame_prior=PredictedSpread(),
+    ),
+)

@@ -1,0 +1,73 @@
+"""Check that results can be written before the work, and write them whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from sloop_ppl.errors import OutputError
+
+__all__ = ["check_output", "check_output_folder", "written_whole"]
+
+
+def check_output(path: str | Path, endings: Sequence[str]) -> Path:
+    """Return the path when a file with one of the endings can be written there.
+
+    Parameters
+    ----------
+    path : where the file shall go.
+    endings : accepted endings with their dot, such as ``(".png", ".pdf")``.
+
+    Raises
+    ------
+    OutputError : when the ending is another, the folder is missing or cannot be written to.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in endings:
+        raise OutputError(
+            f"Output '{path}' ends in '{target.suffix}'; expected one of {', '.join(endings)}"
+        )
+    folder = target.parent
+    if not folder.is_dir():
+        raise OutputError(f"Output '{path}': folder '{folder}' does not exist; make it first")
+    if target.is_dir():
+        raise OutputError(f"Output '{path}' is a folder; give the name of a file")
+    if not os.access(target if target.exists() else folder, os.W_OK):
+        raise OutputError(f"Output '{path}' cannot be written: permission denied")
+    return target
+
+
+def check_output_folder(path: str | Path) -> Path:
+    """Return the folder at `path`, made if need be.
+
+    Raises
+    ------
+    OutputError : when it cannot be made or written to.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(f"Output folder '{path}' cannot be written: {error.strerror}") from error
+    return folder
+
+
+@contextmanager
+def written_whole(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside `path` that takes its place once the block ends well."""
+    target = Path(path)
+    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=target.parent)
+    os.close(handle)
+    try:
+        yield Path(name)
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(name).chmod(0o666 & ~umask)
+        Path(name).replace(target)
+    finally:
+        Path(name).unlink(missing_ok=True)

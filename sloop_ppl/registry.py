@@ -1,0 +1,50 @@
+"""Look things up by the name a user types, and say what there is when the name is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Generic, TypeVar
+
+from sloop_ppl.errors import UnknownName
+
+__all__ = ["Registry"]
+
+T = TypeVar("T")
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """Names and what they stand for, in the order they were added.
+
+    Parameters
+    ----------
+    kind : what is registered, such as ``"model"``; used in messages.
+
+    Raises
+    ------
+    UnknownName : by looking up a name that is not registered; it lists those that are.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self._entries: dict[str, T] = {}
+
+    def add(self, name: str, entry: T) -> T:
+        """Register `entry` as `name` and return it; a name is taken only once."""
+        if name in self._entries:
+            raise ValueError(f"{self.kind} '{name}' is registered already; choose another name")
+        self._entries[name] = entry
+        return entry
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._entries:
+            raise UnknownName(self.kind, name, self._entries)
+        return self._entries[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
