@@ -1,0 +1,61 @@
+"""Axes to draw a map on: made when none is given, framed in metres, with sizes that fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sloop_ppl.plots._palette import INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["font_pt", "frame_map", "new_axes", "width_in"]
+
+_DOUBLE_COLUMN_IN = 6.6
+
+
+def new_axes(ax: Axes | None, *, width: float = _DOUBLE_COLUMN_IN, height: float = 6.8) -> Axes:
+    """Return `ax`, or the only axes of a new pyplot figure of so many inches when it is None."""
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.subplots(figsize=(width, height), layout="constrained")[1]
+
+
+def width_in(ax: Axes) -> float:
+    """Return the width of an axes in inches, as it lies now."""
+    figure = ax.get_figure(root=True)
+    if figure is None:
+        return _DOUBLE_COLUMN_IN
+    return float(ax.get_window_extent().width / figure.dpi)
+
+
+def font_pt(width: float) -> float:
+    """Return the size of labels in points for a map so many inches wide.
+
+    About 5.6 pt in a 3.4 inch column and 7.6 pt across a 7 inch page.
+    """
+    return min(max(3.9 + 0.54 * width, 5.0), 9.0)
+
+
+def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
+    """Set limits, aspect and labels of an axes that shows a map.
+
+    Parameters
+    ----------
+    ax : the axes.
+    extent_m : west, south, east and north limit, metres.
+    """
+    west, south, east, north = extent_m
+    size = font_pt(width_in(ax))
+    ax.set_xlim(west, east)
+    ax.set_ylim(south, north)
+    ax.set_aspect("equal")
+    ax.set_xlabel("east of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
+    ax.set_ylabel("north of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
+    ax.tick_params(labelsize=size - 0.5, length=2.5, width=0.6, color=INK, labelcolor=INK, pad=2)
+    ax.locator_params(nbins=5, steps=[1, 2, 5, 10])
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.7)
+        spine.set_color(INK)

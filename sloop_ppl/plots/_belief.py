@@ -1,0 +1,127 @@
+"""Lay a belief over a map: its cells, the borders of its HPD regions and its mode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.plots._ground import draw_shape
+from sloop_ppl.plots._palette import INK, PAPER, belief_colours
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+__all__ = ["check_cells", "draw_cells", "draw_hpd", "hpd_region", "mode_of", "region_outline"]
+
+_NEGLIGIBLE = 5e-3
+_TIE = 1e-9
+
+
+def check_cells(values: NDArray[np.float64], city: CityMap, what: str) -> NDArray[np.float64]:
+    """Return an array over a map's cells as float64.
+
+    Raises
+    ------
+    InputError : when it has another shape than the map's grid, or a value that is not finite.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != city.grid.shape:
+        raise InputError(
+            f"{what} has shape {array.shape}; expected {city.grid.shape}, the cells of map "
+            f"'{city.name}'"
+        )
+    if not np.isfinite(array).all():
+        raise InputError(f"{what} has a value that is not finite; expected finite numbers")
+    return array
+
+
+def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
+    """Return the smallest set of most probable cells that holds `mass`; ties come in together.
+
+    Parameters
+    ----------
+    belief : probabilities, shape (H, W), sum one.
+    mass : in (0, 1].
+    """
+    ordered = np.sort(belief, axis=None)[::-1]
+    needed = int(np.searchsorted(np.cumsum(ordered), mass * belief.sum() * (1 - _TIE)))
+    floor = ordered[min(needed, ordered.size - 1)]
+    region: NDArray[np.bool_] = belief >= floor * (1 - _TIE)
+    return region & (belief > 0)
+
+
+def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
+    """Return the border of a set of cells as shapely lines, metres."""
+    rows, cols = np.nonzero(region)
+    half = grid.cell_m / 2
+    x, y = grid.x_m[cols], grid.y_m[rows]
+    cells = shapely.box(x - half, y - half, x + half, y + half)
+    return shapely.union_all(cells).boundary
+
+
+def mode_of(belief: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
+    """Return the centre of the most probable cell, the southernmost, westernmost of equals."""
+    row, col = np.unravel_index(int(np.argmax(belief)), belief.shape)
+    return grid.centre_of(int(row), int(col))
+
+
+def draw_cells(
+    ax: Axes, values: NDArray[np.float64], grid: Grid, *, zorder: float = 2.0, **style: Any
+) -> AxesImage:
+    """Draw values over the cells of a map, row 0 in the south.
+
+    Parameters
+    ----------
+    ax : axes in metres; its limits are left alone.
+    values : shape (H, W); cells below half a per cent of the greatest are left clear unless
+        `style` holds a ``norm`` or a ``vmin`` of its own.
+    grid : the cells.
+    **style : passed on to ``Axes.imshow``.
+    """
+    west, south, east, north = grid.cells_extent_m
+    limits = ax.get_xlim(), ax.get_ylim()
+    shown: Any = values
+    if "norm" not in style and "vmin" not in style:
+        top = float(values.max())
+        shown = np.ma.masked_less(values, _NEGLIGIBLE * top)
+        style = {"vmin": 0.0, "vmax": top or 1.0, **style}
+    style = {"cmap": belief_colours(), "interpolation": "nearest", **style}
+    image = ax.imshow(
+        shown, origin="lower", extent=(west, east, south, north), zorder=zorder, **style
+    )
+    ax.set_xlim(*limits[0])
+    ax.set_ylim(*limits[1])
+    return image
+
+
+def draw_hpd(ax: Axes, belief: NDArray[np.float64], grid: Grid, *, colour: str = INK) -> list[Any]:
+    """Draw the borders of the 50 and 90 % HPD regions and return handles for a legend."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patheffects import withStroke
+
+    handles: list[Any] = []
+    for mass, dashes, width in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
+        border = region_outline(hpd_region(belief, mass), grid)
+        draw_shape(
+            ax,
+            border,
+            facecolor="none",
+            edgecolor=colour,
+            linewidth=width,
+            linestyle=dashes,
+            path_effects=[withStroke(linewidth=width + 1.1, foreground=PAPER, alpha=0.75)],
+            zorder=3.4,
+            gid=f"hpd-{mass * 100:.0f}",
+        )
+        handles.append(
+            Line2D(
+                [], [], color=colour, ls=dashes, lw=width, label=f"{mass * 100:.0f} % HPD region"
+            )
+        )
+    return handles[::-1]

@@ -1,0 +1,121 @@
+"""Draw which way a landmark is taken to face."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from sloop_ppl.maps import CityMap
+from sloop_ppl.plots._palette import ACCENTS, PAPER
+from sloop_ppl.plots._protocols import FrameLike
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["arrow_length_m", "circular_sd_rad", "draw_frames"]
+
+_LEAST_P = 0.1
+
+
+def circular_sd_rad(kappa: float | None) -> float:
+    """Return the spread of a von Mises direction, radians; 0 for an exact one, at most pi/2.
+
+    Notes
+    -----
+    The circular standard deviation sqrt(-2 log(I1(kappa) / I0(kappa))).
+    """
+    if kappa is None:
+        return 0.0
+    from scipy.special import i0e, i1e
+
+    resultant: float = float(i1e(kappa)) / float(i0e(kappa))
+    if resultant <= 0:
+        return math.pi / 2
+    spread: float = math.sqrt(-2.0 * math.log(min(resultant, 1.0)))
+    return min(spread, math.pi / 2)
+
+
+def arrow_length_m(city: CityMap, ground: str) -> float:
+    """Return how long an arrow is drawn on a landmark: about half its size, metres."""
+    west, south, east, north = city.footprint(ground).bounds
+    side = city.grid.east_m - city.grid.west_m
+    longer: float = max(east - west, north - south)
+    return min(max(0.55 * longer, 0.07 * side), 0.13 * side)
+
+
+def draw_frames(
+    ax: Axes, city: CityMap, frames: Sequence[FrameLike]
+) -> tuple[list[Any], list[tuple[float, float]]]:
+    """Draw an arrow from each ground to where its front is, with a fan one standard deviation wide.
+
+    Parameters
+    ----------
+    ax : axes in metres.
+    city : the map.
+    frames : directions; those with a probability below 0.1 are left out, equal ones drawn once.
+
+    Returns
+    -------
+    tuple
+        Handles for a legend and points along the arrows, which labels had better avoid.
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import FancyArrowPatch, Wedge
+    from matplotlib.patheffects import withStroke
+
+    colour = ACCENTS["frame"]
+    drawn: set[tuple[str, int]] = set()
+    points: list[tuple[float, float]] = []
+    for frame in frames:
+        key = frame.ground, round(math.degrees(frame.mean_rad)) % 360
+        if frame.p < _LEAST_P or key in drawn:
+            continue
+        drawn.add(key)
+        x, y = city.centroid(frame.ground)
+        length = arrow_length_m(city, frame.ground)
+        dx, dy = math.cos(frame.mean_rad), math.sin(frame.mean_rad)
+        spread = math.degrees(circular_sd_rad(frame.kappa))
+        if spread > 0:
+            middle = math.degrees(frame.mean_rad)
+            fan = Wedge(
+                (x, y),
+                0.85 * length,
+                middle - spread,
+                middle + spread,
+                facecolor=colour,
+                edgecolor="none",
+                alpha=0.22,
+                zorder=3.6,
+            )
+            ax.add_artist(fan)
+        ax.add_artist(
+            FancyArrowPatch(
+                (x, y),
+                (x + length * dx, y + length * dy),
+                arrowstyle="-|>",
+                mutation_scale=9,
+                shrinkA=0,
+                shrinkB=0,
+                linewidth=1.6,
+                color=colour,
+                alpha=0.35 + 0.65 * min(frame.p, 1.0),
+                path_effects=[withStroke(linewidth=3.0, foreground=PAPER, alpha=0.8)],
+                zorder=4.2,
+                gid="frame-arrow",
+            )
+        )
+        points += [(x + t * length * dx, y + t * length * dy) for t in (0.15, 0.4, 0.65, 0.9)]
+    if not drawn:
+        return [], []
+    handle = Line2D(
+        [],
+        [],
+        color=colour,
+        lw=1.6,
+        marker=">",
+        ms=4,
+        markevery=[1],
+        label="mean front of ground",
+    )
+    return [handle], points

@@ -1,0 +1,261 @@
+"""Draw what covers the ground: parks, water, parking, roads and buildings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from sloop_ppl.maps import CityMap, Landmark
+from sloop_ppl.plots._palette import PAPER, MapPalette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.path import Path
+
+__all__ = [
+    "areas_of",
+    "draw_ground",
+    "draw_shape",
+    "road_surface",
+    "road_width_m",
+    "shape_path",
+]
+
+# Widths in the bundled maps are those of a drawing: real carriageways are wider.
+_WIDEN = {"street": 1.35, "service": 1.3, "pedestrian": 1.0}
+_AT_LEAST_M = {"street": 5.5, "service": 2.6, "pedestrian": 2.0}
+_SIGN_RADIUS_M = 3.5
+
+
+def draw_ground(ax: Axes, city: CityMap, palette: MapPalette) -> None:
+    """Draw every landmark of a map but its labels, clipped to the map's extent."""
+    window = shapely.box(*city.grid.extent_m)
+    draw_shape(ax, window, facecolor=palette.ground, edgecolor="none", zorder=0.1)
+    _areas(ax, city, palette, window)
+    _roads(ax, city, palette, window)
+    _buildings(ax, city, palette, window)
+    _pois(ax, city, palette)
+    _parking_signs(ax, city, palette, window)
+
+
+def road_width_m(landmark: Landmark) -> float:
+    """Return how wide a line is drawn, metres."""
+    kind = landmark.kind if landmark.kind in _WIDEN else "pedestrian"
+    return max((landmark.width_m or 0.0) * _WIDEN[kind], _AT_LEAST_M[kind])
+
+
+def draw_shape(ax: Axes, geometry: BaseGeometry, **style: Any) -> None:
+    """Add one polygon, line or several of them to an axes without touching its limits."""
+    from matplotlib.patches import PathPatch
+
+    path = shape_path(geometry)
+    if np.size(path.vertices):
+        ax.add_artist(PathPatch(path, **style))
+
+
+def shape_path(geometry: BaseGeometry) -> Path:
+    """Return the matplotlib path of a shapely geometry, holes included; points leave no trace."""
+    from matplotlib.path import Path
+
+    vertices: list[Any] = []
+    codes: list[int] = []
+    _trace(geometry, vertices, codes)
+    return Path(np.reshape(np.asarray(vertices, dtype=float), (-1, 2)), codes)
+
+
+def _trace(geometry: BaseGeometry, vertices: list[Any], codes: list[int]) -> None:
+    """Append the vertices and path codes of a geometry and all its parts."""
+    from matplotlib.path import Path
+
+    move, line, close = int(Path.MOVETO), int(Path.LINETO), int(Path.CLOSEPOLY)
+    if hasattr(geometry, "geoms"):
+        for part in geometry.geoms:
+            _trace(part, vertices, codes)
+    elif geometry.geom_type == "Polygon":
+        for ring in (geometry.exterior, *geometry.interiors):
+            points = shapely.get_coordinates(ring)
+            vertices.extend(points)
+            codes.extend([move, *[line] * (len(points) - 2), close])
+    elif geometry.geom_type in ("LineString", "LinearRing"):
+        points = shapely.get_coordinates(geometry)
+        vertices.extend(points)
+        codes.extend([move, *[line] * (len(points) - 1)][: len(points)])
+
+
+def areas_of(geometry: BaseGeometry) -> BaseGeometry:
+    """Return the polygons in a geometry, made valid; empty when there is none."""
+    parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(geometry)))
+    return shapely.union_all([p for p in parts if p.geom_type == "Polygon"])
+
+
+def _polygons(landmarks: Iterable[Landmark], window: BaseGeometry) -> list[BaseGeometry]:
+    """Return the areas among the landmarks' geometries, clipped."""
+    shapes = [areas_of(shapely.intersection(areas_of(m.geometry), window)) for m in landmarks]
+    return [s for s in shapes if not s.is_empty]
+
+
+def _areas(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
+    fills = {
+        "park": (palette.park, palette.park_edge),
+        "water": (palette.water, palette.water_edge),
+        "square": (palette.square, palette.road_edge),
+        "pedestrian": (palette.square, palette.road_edge),
+    }
+    for kind, (face, edge) in fills.items():
+        for shape in _polygons(city.of_kind(kind), window):
+            draw_shape(ax, shape, facecolor=face, edgecolor=edge, linewidth=0.5, zorder=0.3)
+    for shape in _polygons(city.of_kind("parking"), window):
+        draw_shape(
+            ax,
+            shape,
+            facecolor=palette.parking,
+            edgecolor=palette.parking_edge,
+            linewidth=0.5,
+            zorder=0.35,
+        )
+        hatch = _hatch(shape)
+        draw_shape(
+            ax, hatch, facecolor="none", edgecolor=palette.parking_edge, linewidth=0.35, zorder=0.4
+        )
+    for landmark in city.of_kind("park", "water"):
+        if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
+            strip = landmark.geometry.buffer(max(landmark.width_m or 0.0, 2.0) / 2)
+            face, edge = fills[landmark.kind]
+            draw_shape(
+                ax, strip & window, facecolor=face, edgecolor=edge, linewidth=0.5, zorder=0.3
+            )
+
+
+def _hatch(shape: BaseGeometry, step_m: float = 4.0) -> BaseGeometry:
+    """Return diagonal strokes over an area; laid in metres, so that they are the same anywhere."""
+    west, south, east, north = shape.bounds
+    rise = north - south
+    first = np.floor((west - rise) / step_m) * step_m
+    starts = np.arange(first, east + step_m, step_m)
+    low = np.stack([starts, np.full_like(starts, south)], axis=1)
+    high = np.stack([starts + rise, np.full_like(starts, north)], axis=1)
+    lines = shapely.linestrings(np.stack([low, high], axis=1))
+    return shapely.intersection(shapely.multilinestrings(lines), shape)
+
+
+def road_surface(city: CityMap) -> BaseGeometry:
+    """Return everything that is drawn as drivable, not clipped to the map's extent."""
+    ways = []
+    for landmark in city.of_kind("street", "service"):
+        if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
+            half = road_width_m(landmark) / 2
+            ways += [_run_out(p, city).buffer(half) for p in shapely.get_parts(landmark.geometry)]
+        else:
+            ways.append(shapely.make_valid(landmark.geometry))
+    return shapely.unary_union(ways)
+
+
+def _run_out(line: BaseGeometry, city: CityMap, near_m: float = 2.0) -> BaseGeometry:
+    """Prolong a way that ends at the border of the map, so that it leaves it squarely."""
+    west, south, east, north = city.grid.extent_m
+    rim = shapely.box(west, south, east, north).exterior
+    points = shapely.get_coordinates(line)
+    ends = []
+    for end, before in ((points[0], points[1]), (points[-1], points[-2])):
+        step = end - before
+        length = float(np.hypot(*step))
+        reach = 30.0 if rim.distance(shapely.Point(end)) < near_m and length > 0 else 0.0
+        ends.append(end + step * (reach / length if length else 0.0))
+    return shapely.linestrings(np.vstack([ends[0], points[1:-1], ends[1]]))
+
+
+def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
+    """Draw drivable ways as one surface with one rim, so that junctions are open."""
+    surface = road_surface(city)
+    if surface.is_empty:
+        surface = shapely.Polygon()
+    draw_shape(ax, surface & window, facecolor=palette.road, edgecolor="none", zorder=0.5)
+    draw_shape(
+        ax,
+        shapely.boundary(surface) & window,
+        facecolor="none",
+        edgecolor=palette.road_edge,
+        linewidth=0.9,
+        zorder=0.52,
+    )
+    for landmark in city.of_kind("pedestrian"):
+        if landmark.geometry.geom_type not in ("LineString", "MultiLineString"):
+            continue
+        line = shapely.intersection(landmark.geometry, window)
+        draw_shape(
+            ax,
+            shapely.intersection(line.buffer(road_width_m(landmark) / 2), window),
+            facecolor=palette.square,
+            edgecolor="none",
+            zorder=0.55,
+        )
+        draw_shape(
+            ax,
+            line,
+            facecolor="none",
+            edgecolor=palette.pedestrian,
+            linewidth=0.9,
+            linestyle=(0, (3.0, 2.0)),
+            zorder=0.56,
+        )
+
+
+def _buildings(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
+    for shape in _polygons(city.of_kind("building", "poi"), window):
+        draw_shape(
+            ax,
+            shape,
+            facecolor=palette.building,
+            edgecolor=palette.building_edge,
+            linewidth=0.6,
+            joinstyle="round",
+            zorder=0.7,
+        )
+
+
+def _pois(ax: Axes, city: CityMap, palette: MapPalette) -> None:
+    points = [m.geometry for m in city.of_kind("poi") if m.geometry.geom_type == "Point"]
+    if points:
+        ax.scatter(
+            [p.x for p in points],
+            [p.y for p in points],
+            s=9,
+            color=palette.poi,
+            edgecolor=PAPER,
+            linewidth=0.5,
+            zorder=0.9,
+        )
+
+
+def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
+    """Put a P on each car park that has room for one."""
+    built = [shapely.make_valid(m.geometry) for m in city.of_kind("building")]
+    taken = shapely.unary_union([road_surface(city), *built])
+    for shape in _polygons(city.of_kind("parking"), window):
+        free = areas_of(shapely.difference(shape, taken))
+        if free.is_empty:
+            continue
+        centre, rim = shapely.get_coordinates(shapely.maximum_inscribed_circle(free, tolerance=0.5))
+        if float(np.hypot(*(rim - centre))) < _SIGN_RADIUS_M:
+            continue
+        ax.annotate(
+            "P",
+            tuple(centre),
+            ha="center",
+            va="center",
+            fontsize=5.5,
+            fontweight="bold",
+            color=PAPER,
+            bbox={
+                "boxstyle": "round,pad=0.25",
+                "facecolor": palette.sign,
+                "edgecolor": "none",
+            },
+            zorder=0.85,
+            annotation_clip=True,
+            gid="parking-sign",
+        )

@@ -1,0 +1,148 @@
+"""Colours of every figure: a clear and a muted map palette, and accents that all can tell apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.colors import ListedColormap
+
+__all__ = [
+    "ACCENTS",
+    "CLEAR",
+    "INK",
+    "MUTED",
+    "PAPER",
+    "TARGET_COLOURS",
+    "MapPalette",
+    "belief_colours",
+    "difference_colours",
+]
+
+INK = "#22252b"
+"""Text, frames and outlines."""
+
+PAPER = "#ffffff"
+"""Halos and boxes."""
+
+ACCENTS = {
+    "mentioned": "#0072b2",
+    "frame": "#d55e00",
+    "truth": "#009e73",
+    "mode": "#22252b",
+    "path": "#0072b2",
+    "view": "#56b4e9",
+    "right": "#009e73",
+    "wrong": "#d55e00",
+    "prior": "#8a8f98",
+}
+"""What a mark means -> its colour. Source: Okabe and Ito, Color Universal Design (2008)."""
+
+TARGET_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9")
+"""Colours of the first, second, ... target or bar; used again from the start when they run out."""
+
+
+@dataclass(frozen=True)
+class MapPalette:
+    """Colours of what is on a map; each is a hex string."""
+
+    ground: str
+    building: str
+    building_edge: str
+    road: str
+    road_edge: str
+    pedestrian: str
+    parking: str
+    parking_edge: str
+    park: str
+    park_edge: str
+    water: str
+    water_edge: str
+    square: str
+    sign: str
+    poi: str
+    label: str
+    road_label: str
+    water_label: str
+    park_label: str
+
+
+CLEAR = MapPalette(
+    ground="#f5f2ea",
+    building="#dccfbd",
+    building_edge="#ab9c86",
+    road="#ffffff",
+    road_edge="#b4afa4",
+    pedestrian="#a8794e",
+    parking="#e6e8ec",
+    parking_edge="#b3b8c2",
+    park="#cbe3b4",
+    park_edge="#93b876",
+    water="#a8d0e8",
+    water_edge="#6fa6c6",
+    square="#ece3d6",
+    sign="#54809c",
+    poi="#7a3e6f",
+    label="#2b2721",
+    road_label="#55524b",
+    water_label="#1f5a80",
+    park_label="#36601f",
+)
+"""A map to read."""
+
+MUTED = MapPalette(
+    ground="#f5f5f4",
+    building="#e1e1df",
+    building_edge="#bcbcb9",
+    road="#ffffff",
+    road_edge="#cfcfcc",
+    pedestrian="#b5b5b1",
+    parking="#eeeeed",
+    parking_edge="#d4d4d1",
+    park="#e3eadd",
+    park_edge="#c6d1bd",
+    water="#d8e4ea",
+    water_edge="#b9cbd5",
+    square="#ededeb",
+    sign="#bfc3c7",
+    poi="#8e8e8a",
+    label="#4a4a48",
+    road_label="#77776f",
+    water_label="#5c7482",
+    park_label="#66755c",
+)
+"""A map to lay something over."""
+
+
+@cache
+def belief_colours() -> ListedColormap:
+    """Return the colour map of probabilities: clear where there is none, dark where there is most.
+
+    Lightness falls evenly from yellow to near black (matplotlib's inferno, reversed and cut at
+    both ends), while opacity rises quickly from zero.
+    """
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    t = np.linspace(0.0, 1.0, 256)
+    rgba = np.asarray(colormaps["inferno_r"](0.06 + 0.82 * t))
+    rgba[:, 3] = 0.92 * np.minimum(1.0, t / 0.3) ** 0.85
+    return ListedColormap([tuple(c) for c in rgba], name="sloop_belief")
+
+
+@cache
+def difference_colours() -> ListedColormap:
+    """Return the colour map of changes: vermilion for less, clear for none, blue for more."""
+    from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+
+    base = LinearSegmentedColormap.from_list(
+        "sloop_change", ["#7a2c00", "#d55e00", "#f4efe9", "#0072b2", "#003a5c"]
+    )
+    t = np.linspace(0.0, 1.0, 255)
+    rgba = np.asarray(base(t))
+    rgba[:, 3] = 0.92 * np.minimum(1.0, np.abs(2 * t - 1) / 0.25) ** 0.6
+    return ListedColormap([tuple(c) for c in rgba], name="sloop_difference")

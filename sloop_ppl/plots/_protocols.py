@@ -1,0 +1,102 @@
+"""What figures ask of the values they draw; anything that has these attributes can be drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.maps import CityMap
+
+__all__ = ["EpisodeLike", "FrameLike", "PosteriorLike", "RelationLike"]
+
+
+class RelationLike(Protocol):
+    """A relation of a target to one or several landmarks."""
+
+    @property
+    def relation(self) -> str:
+        """Relation word."""
+
+    @property
+    def grounds(self) -> tuple[str, ...]:
+        """Ids of the landmarks."""
+
+    @property
+    def negated(self) -> bool:
+        """True for "not behind the bank"."""
+
+
+class FrameLike(Protocol):
+    """Which way the front of a landmark faces, as far as one relation tells."""
+
+    @property
+    def ground(self) -> str:
+        """Id of the landmark."""
+
+    @property
+    def relation(self) -> str:
+        """Relation word."""
+
+    @property
+    def mean_rad(self) -> float:
+        """Mean direction, radians anticlockwise from east."""
+
+    @property
+    def kappa(self) -> float | None:
+        """Concentration of a von Mises distribution; None for an exact direction."""
+
+    @property
+    def p(self) -> float:
+        """Probability of this direction, when there are several for one landmark."""
+
+
+class PosteriorLike(Protocol):
+    """Where the targets are believed to be."""
+
+    @property
+    def city(self) -> CityMap:
+        """The map."""
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Ids of the targets."""
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What was said."""
+
+    def belief(self, target: str) -> NDArray[np.float64]:
+        """Return the probability of each cell, shape (H, W), row 0 in the south, sum one."""
+
+    def frames(self, target: str) -> Sequence[FrameLike]:
+        """Return the frames of reference that were used, empty when there is none."""
+
+    def relations(self, target: str) -> Sequence[RelationLike]:
+        """Return what was said about the target."""
+
+
+class EpisodeLike(Protocol):
+    """A search: where the robot went and what it saw."""
+
+    @property
+    def poses(self) -> Sequence[Any]:
+        """``(x_m, y_m, heading_deg)`` before the first action and after each."""
+
+    @property
+    def actions(self) -> Sequence[str]:
+        """What was done, one a step."""
+
+    @property
+    def observations(self) -> Sequence[Any]:
+        """What was seen, one a step."""
+
+    @property
+    def rewards(self) -> Sequence[float]:
+        """Reward of each step."""
+
+    @property
+    def found_targets(self) -> Sequence[str]:
+        """Ids of the targets that were found."""

@@ -1,0 +1,198 @@
+"""Draw where a target is believed to be."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.plots._axes import font_pt, new_axes, width_in
+from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
+from sloop_ppl.plots._frames import draw_frames
+from sloop_ppl.plots._marks import add_legend
+from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
+from sloop_ppl.plots._protocols import PosteriorLike
+from sloop_ppl.plots.city import draw_map
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+
+__all__ = ["plot_belief", "plot_beliefs"]
+
+
+def plot_belief(
+    posterior: PosteriorLike,
+    target: str,
+    *,
+    ax: Axes | None = None,
+    truth: tuple[float, float] | None = None,
+    labels: bool = True,
+    legend: bool = True,
+    colour_bar: bool = True,
+    title: str | None = None,
+) -> Axes:
+    """Draw the belief of one target over the map, with what was said about it marked.
+
+    Parameters
+    ----------
+    posterior : beliefs over the cells of a map.
+    target : id of the target.
+    ax : axes to draw on; a new pyplot figure when None.
+    truth : x and y of the true place, metres, or None when it is not known.
+    labels : True to name landmarks; those mentioned come first.
+    legend : True to add a legend.
+    colour_bar : True to add a colour bar, in probability per cell.
+    title : title of the axes; the target's id when None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes, in metres, limits at the borders of the cells.
+
+    Raises
+    ------
+    UnknownName : when the posterior has no such target.
+    InputError : when the belief has another shape than the map, or is not finite.
+    """
+    if target not in posterior.targets:
+        raise UnknownName("target", target, posterior.targets)
+    axes = new_axes(ax, height=6.6 if colour_bar else 6.9)
+    handles = _draw(axes, posterior, target, truth, labels, colour_bar)
+    axes.set_title(title or target, fontsize=font_pt(width_in(axes)) + 1.5, color=INK, pad=5)
+    if legend:
+        add_legend(axes, handles)
+    return axes
+
+
+def plot_beliefs(
+    posterior: PosteriorLike, *, truths: Mapping[str, tuple[float, float]] | None = None
+) -> Figure:
+    """Draw the belief of every target, one panel each, under what was said.
+
+    Parameters
+    ----------
+    posterior : beliefs over the cells of a map.
+    truths : true places of targets, metres, as far as they are known.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure that pyplot does not hold; save it or show it in a notebook.
+
+    Raises
+    ------
+    InputError : when there is no target.
+    """
+    from matplotlib.figure import Figure
+
+    count = len(posterior.targets)
+    if count == 0:
+        raise InputError("The posterior holds no target; describe at least one")
+    cols = 1 if count == 1 else 2
+    rows = -(-count // cols)
+    width, height = (6.8, 7.3) if count == 1 else (11.0, 5.0 * rows + 0.9)
+    figure = Figure(figsize=(width, height), layout="constrained")
+    panels = figure.subplots(rows, cols, squeeze=False).flat
+    known = truths or {}
+    handles: dict[str, Any] = {}
+    for panel, target in zip(panels, posterior.targets, strict=False):
+        told = _draw(panel, posterior, target, known.get(target), True, True)
+        handles.update({str(h.get_label()): h for h in told})
+        panel.set_title(target, fontsize=10, color=INK, pad=5)
+    for panel in list(figure.axes)[: rows * cols][count:]:
+        panel.set_axis_off()
+    said = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
+    if said:
+        wrapped = textwrap.fill(f"“{said}”", int(width * 11))
+        figure.suptitle(wrapped, fontsize=11, color=INK, parse_math=False)
+    figure.legend(
+        handles=list(handles.values()),
+        loc="outside lower center",
+        ncol=min(len(handles), 3 if count == 1 else 6),
+        fontsize=8.5,
+        frameon=False,
+        labelcolor=INK,
+    )
+    return figure
+
+
+def _draw(
+    ax: Axes,
+    posterior: PosteriorLike,
+    target: str,
+    truth: tuple[float, float] | None,
+    labels: bool,
+    colour_bar: bool,
+) -> list[Any]:
+    """Draw one target's panel and return handles for a legend."""
+    from matplotlib.patches import Patch
+
+    city = posterior.city
+    belief = check_cells(posterior.belief(target), city, f"The belief of '{target}'")
+    grounds = [g for relation in posterior.relations(target) for g in relation.grounds]
+    layer = draw_map(ax, city, labels=labels, highlight=grounds, muted=True, cells=True)
+    image = draw_cells(ax, belief, city.grid)
+    handles = draw_hpd(ax, belief, city.grid)
+    mode = mode_of(belief, city.grid)
+    handles.append(_mark(ax, mode, "*", ACCENTS["mode"], "most probable cell"))
+    points = [mode]
+    if truth is not None:
+        handles.append(_mark(ax, truth, "D", ACCENTS["truth"], "true place"))
+        points.append((float(truth[0]), float(truth[1])))
+    if grounds:
+        face = (*_rgb(ACCENTS["mentioned"]), 0.13)
+        handles.append(
+            Patch(facecolor=face, edgecolor=ACCENTS["mentioned"], lw=1.2, label="mentioned")
+        )
+    arrows, along = draw_frames(ax, city, posterior.frames(target))
+    handles.extend(arrows)
+    layer.avoid(points=[*points, *along])
+    if colour_bar:
+        _add_colour_bar(ax, image)
+    return handles
+
+
+def _rgb(colour: str) -> tuple[float, float, float]:
+    from matplotlib.colors import to_rgb
+
+    return to_rgb(colour)
+
+
+def _mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label: str) -> Any:
+    """Put a marker with a white rim at a place and return it as a handle."""
+    size = {"*": 11.0, "D": 5.5}[marker]
+    (mark,) = ax.plot(
+        [place[0]],
+        [place[1]],
+        ls="none",
+        marker=marker,
+        ms=size,
+        mfc=colour,
+        mec=PAPER,
+        mew=1.0,
+        label=label,
+        zorder=5.0,
+        scalex=False,
+        scaley=False,
+    )
+    return mark
+
+
+def _add_colour_bar(ax: Axes, image: AxesImage, label: str = "probability per cell") -> None:
+    from matplotlib.ticker import ScalarFormatter
+
+    figure = ax.get_figure()
+    if figure is None:
+        return
+    size = font_pt(width_in(ax))
+    bar = figure.colorbar(image, ax=ax, shrink=0.6, aspect=28, pad=0.02)
+    bar.ax.set_facecolor(MUTED.ground)
+    bar.set_label(label, fontsize=size, color=INK)
+    bar.ax.tick_params(labelsize=size - 0.5, width=0.6, length=2.5, labelcolor=INK)
+    bar.outline.set_linewidth(0.6)
+    if isinstance(bar.formatter, ScalarFormatter):
+        bar.formatter.set_powerlimits((-3, 3))
+    bar.ax.yaxis.get_offset_text().set_fontsize(size - 0.5)

@@ -1,0 +1,210 @@
+"""Draw a city map that people recognise."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import shapely
+
+from sloop_ppl.maps import PATH_KINDS, CityMap, Landmark
+from sloop_ppl.plots._axes import frame_map, new_axes
+from sloop_ppl.plots._ground import draw_ground, draw_shape
+from sloop_ppl.plots._marks import (
+    add_attribution,
+    add_legend,
+    add_north_arrow,
+    add_scale_bar,
+)
+from sloop_ppl.plots._palette import ACCENTS, CLEAR, INK, MUTED, PAPER, MapPalette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from sloop_ppl.plots._labels import Label, LabelLayer
+
+__all__ = ["draw_map", "plot_map"]
+
+
+def plot_map(
+    city: CityMap,
+    *,
+    ax: Axes | None = None,
+    labels: bool = True,
+    grid: bool = False,
+    highlight: Sequence[str] = (),
+    muted: bool = False,
+    legend: bool = True,
+) -> Axes:
+    """Draw a map: buildings, roads, parks, parking, points of interest and their names.
+
+    Parameters
+    ----------
+    city : the map.
+    ax : axes to draw on; a new pyplot figure 6.6 inches wide when None.
+    labels : True to write the names, each where it is free; those without room are dropped.
+    grid : True to draw the borders of the cells; the limits are then those of the cells, which
+        overhang the map's extent in the east and the south.
+    highlight : ids of landmarks to outline and to name before all others.
+    muted : True for greys, to lay something over.
+    legend : True to add a legend of what the colours mean.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes, in metres, north up.
+
+    Raises
+    ------
+    UnknownName : when a landmark to highlight is not on the map.
+    """
+    axes = new_axes(ax)
+    draw_map(axes, city, labels=labels, grid=grid, highlight=highlight, muted=muted)
+    if legend:
+        add_legend(axes, _key(city, MUTED if muted else CLEAR, bool(highlight)))
+    return axes
+
+
+def draw_map(
+    ax: Axes,
+    city: CityMap,
+    *,
+    labels: bool = True,
+    grid: bool = False,
+    highlight: Sequence[str] = (),
+    muted: bool = False,
+    cells: bool = False,
+) -> LabelLayer:
+    """Draw a map without a legend and return the layer that holds its labels.
+
+    Parameters
+    ----------
+    ax, city, labels, grid, highlight, muted : as in :func:`plot_map`.
+    cells : True for limits that show every cell whole.
+    """
+    from sloop_ppl.plots._labels import LabelLayer
+
+    mentioned = [city.landmark(m) for m in dict.fromkeys(highlight)]
+    palette = MUTED if muted else CLEAR
+    frame_map(ax, city.grid.cells_extent_m if grid or cells else city.grid.extent_m)
+    draw_ground(ax, city, palette)
+    if grid:
+        _draw_grid(ax, city)
+    for landmark in mentioned:
+        _outline(ax, city, landmark)
+    wanted = _labels(city, mentioned, palette) if labels else []
+    layer = LabelLayer(wanted)
+    ax.add_artist(layer)
+    layer.set_clip_path(None)
+    layer.avoid(add_scale_bar(ax), add_north_arrow(ax))
+    credit = add_attribution(ax, city)
+    if credit is not None:
+        layer.avoid(credit)
+    return layer
+
+
+def spoken_name(landmark: Landmark) -> str:
+    """Return a landmark's name, or its id taken apart into words."""
+    if landmark.name:
+        return landmark.name
+    return re.sub(r"(?<=[a-z])(?=[A-Z0-9])|(?<=[A-Z])(?=[A-Z][a-z])", " ", landmark.id)
+
+
+def _draw_grid(ax: Axes, city: CityMap) -> None:
+    west, south, east, north = city.grid.cells_extent_m
+    half = city.grid.cell_m / 2
+    style = {"color": INK, "linewidth": 0.3, "alpha": 0.28, "zorder": 1.5}
+    ax.vlines([*(city.grid.x_m - half), east], south, north, **style)  # type: ignore[arg-type]
+    ax.hlines([*(city.grid.y_m - half), north], west, east, **style)  # type: ignore[arg-type]
+
+
+def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
+    """Outline a landmark; for a point, the building whose cells it takes, too."""
+    shape = landmark.geometry
+    colour = ACCENTS["mentioned"]
+    if shape.geom_type == "Point":
+        ax.scatter(
+            [shape.x], [shape.y], s=26, color=colour, edgecolor=PAPER, linewidth=0.8, zorder=3.2
+        )
+        shape = city.footprint(landmark.id)
+    if landmark.kind in PATH_KINDS and "Line" in shape.geom_type:
+        from sloop_ppl.plots._ground import road_width_m
+
+        shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
+    shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
+    draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13, zorder=1.0)
+    draw_shape(ax, shape, facecolor="none", edgecolor=colour, linewidth=1.3, zorder=3.0)
+
+
+def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -> list[Label]:
+    """Return the labels of a map, most wanted first."""
+    from sloop_ppl.plots._labels import Label
+
+    wanted = [
+        Label(spoken_name(m), m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
+        for m in mentioned
+    ]
+    told = {m.id for m in mentioned}
+    window = shapely.box(*city.grid.extent_m)
+    named = [
+        m
+        for m in city.landmarks
+        if m.name and "…" not in m.name and m.id not in told and window.intersects(m.geometry)
+    ]  # an ellipsis marks a name that was cut off in the source
+    for landmark in sorted(named, key=lambda m: _rank(m, window)):
+        colour, size, style = palette.label, 1.0, "normal"
+        if landmark.kind in PATH_KINDS:
+            colour, size = palette.road_label, 0.97 if landmark.kind == "street" else 0.85
+        elif landmark.kind == "park":
+            colour, style = palette.park_label, "italic"
+        elif landmark.kind == "water":
+            colour, style = palette.water_label, "italic"
+        elif landmark.kind == "poi":
+            colour, size = palette.poi, 0.85
+        text = spoken_name(landmark)
+        wanted.append(Label(text, landmark.geometry, colour, size, "normal", style))
+    return wanted
+
+
+def _rank(landmark: Landmark, window: Any) -> tuple[int, float, str]:
+    """Return the sort key of a label: streets, areas by size, then points."""
+    seen = shapely.intersection(shapely.make_valid(landmark.geometry), window)
+    if landmark.kind in PATH_KINDS:
+        return (0 if landmark.kind == "street" else 2), -seen.length, landmark.id
+    return (1 if seen.area > 0 else 3), -seen.area, landmark.id
+
+
+def _key(city: CityMap, palette: MapPalette, mentioned: bool) -> list[Any]:
+    """Return one legend handle for each kind of thing that is on the map."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    def patch(label: str, face: str, edge: str, **more: Any) -> Any:
+        return Patch(facecolor=face, edgecolor=edge, linewidth=0.6, label=label, **more)
+
+    counts = city.counts()
+    handles: list[Any] = []
+    if "building" in counts:
+        handles.append(patch("building", palette.building, palette.building_edge))
+    if "street" in counts or "service" in counts:
+        handles.append(patch("street, service road", palette.road, palette.road_edge))
+    if "pedestrian" in counts:
+        handles.append(
+            Line2D([], [], color=palette.pedestrian, ls=(0, (3, 2)), lw=1, label="footway")
+        )
+    if "parking" in counts:
+        handles.append(patch("parking", palette.parking, palette.parking_edge, hatch="/////"))
+    if "park" in counts:
+        handles.append(patch("green", palette.park, palette.park_edge))
+    if "water" in counts:
+        handles.append(patch("water", palette.water, palette.water_edge))
+    if "square" in counts:
+        handles.append(patch("square", palette.square, palette.road_edge))
+    if "poi" in counts:
+        handles.append(
+            Line2D([], [], ls="none", marker="o", ms=4, mfc=palette.poi, mec=PAPER, label="place")
+        )
+    if mentioned:
+        handles.append(patch("mentioned", "none", ACCENTS["mentioned"]))
+    return handles

@@ -1,0 +1,101 @@
+"""Check figure paths, and write figures so that equal input gives equal bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sloop_ppl.errors import InputError, OutputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["animation_formats", "check_figure_path", "figure_formats", "save_figure"]
+
+_FIGURES = ("jpg", "pdf", "png", "svg")
+_ANIMATIONS = ("gif", "mp4")
+_METADATA: dict[str, dict[str, Any]] = {
+    "pdf": {"CreationDate": None},
+    "png": {"Software": None},
+    "svg": {"Date": None},
+}
+
+
+def figure_formats() -> tuple[str, ...]:
+    """Return the endings that :func:`save_figure` accepts, in alphabetical order."""
+    return _FIGURES
+
+
+def animation_formats() -> tuple[str, ...]:
+    """Return the endings that :func:`animate_search` accepts, in alphabetical order."""
+    return _ANIMATIONS
+
+
+def check_figure_path(path: str | Path, *, animation: bool = False) -> Path:
+    """Return `path` as a Path when a figure can be written there; check before the work is done.
+
+    Parameters
+    ----------
+    path : where the figure is to go.
+    animation : True for an animation, whose endings are others.
+
+    Raises
+    ------
+    InputError : when the ending is unknown; choose one of those named.
+    OutputError : when the folder does not exist or the path is a folder.
+
+    Examples
+    --------
+    >>> check_figure_path("belief.png").suffix
+    '.png'
+    """
+    chosen = Path(path)
+    known = _ANIMATIONS if animation else _FIGURES
+    if chosen.suffix.lower().removeprefix(".") not in known:
+        what = "Animation" if animation else "Figure"
+        ending = f"has the ending '{chosen.suffix}'" if chosen.suffix else "has no ending"
+        raise InputError(
+            f"{what} path '{path}' {ending}; expected one of {', '.join(f'.{k}' for k in known)}"
+        )
+    if chosen.is_dir():
+        raise OutputError(f"Figure path '{path}' is a folder; give the path of a file")
+    if not chosen.parent.is_dir():
+        raise OutputError(
+            f"Figure path '{path}' lies in a folder that does not exist; make '{chosen.parent}'"
+        )
+    return chosen
+
+
+def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -> Path:
+    """Write a figure, or the figure of an axes, with nothing in it that differs between runs.
+
+    Parameters
+    ----------
+    drawn : what the functions of this package return.
+    path : where it goes; the ending chooses the format.
+    dpi : dots per inch of raster formats, > 0.
+
+    Raises
+    ------
+    InputError : when the ending is unknown.
+    OutputError : when the file cannot be written.
+    """
+    import matplotlib as mpl
+    from matplotlib.axes import Axes
+
+    chosen = check_figure_path(path)
+    ending = chosen.suffix.lower().removeprefix(".")
+    figure = drawn.get_figure(root=True) if isinstance(drawn, Axes) else drawn
+    if figure is None:
+        raise InputError("The axes belong to no figure any more; draw again and save the result")
+    try:
+        with mpl.rc_context({"svg.hashsalt": "sloop"}):
+            figure.savefig(
+                chosen, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)
+            )
+    except OSError as error:
+        raise OutputError(
+            f"Figure '{path}' cannot be written: {error.strerror or error}"
+        ) from error
+    return chosen
