@@ -1,0 +1,59 @@
+# Sets everything up by itself in a virtual environment. Needs make and Python 3.11.
+#
+#   make demo     read a sentence, infer where the car is, search for it; pictures go to out/
+#   make test     run the tests
+#   make check    ruff, codespell, and mypy --strict on the built wheel
+#   make venv     only make the virtual environment
+#   make clean    remove what the above have written, except the virtual environment
+#
+# Variables, given as NAME=value after make:
+#   PYTHON             the interpreter the virtual environment is made with
+#   VENV               where the virtual environment lies
+#   TORCH              which PyTorch to install; it is installed first, so that nothing else chooses
+#   TORCH_PIP_OPTIONS  further options for the pip call that installs PyTorch. The default build may
+#                      bring several GB of CUDA libraries; who wants the CPU wheels gives here the
+#                      --index-url option that PyTorch's own page on installing names for them
+#   PYTEST_OPTIONS     options for pytest; it uses all processors unless told otherwise
+
+PYTHON ?= python3.11
+VENV ?= .venv
+TORCH ?= torch==2.13.0
+TORCH_PIP_OPTIONS ?=
+PYTEST_OPTIONS ?= -n auto
+
+BIN := $(abspath $(VENV))/bin
+STAMP := $(VENV)/.installed
+WHEEL := build/check
+
+.PHONY: demo test check venv clean
+.DELETE_ON_ERROR:
+
+demo: $(STAMP)
+	$(BIN)/sloop demo --out out
+
+test: $(STAMP)
+	$(BIN)/python -m pytest $(PYTEST_OPTIONS)
+
+# mypy cannot see through the editable install, and a whole wheel is what users get.
+check: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/codespell
+	rm -rf build
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(WHEEL)/wheel .
+	$(BIN)/python -m pip install --quiet --no-deps --target $(WHEEL)/site $(WHEEL)/wheel/*.whl
+	cd $(WHEEL)/site && $(BIN)/mypy --config-file $(CURDIR)/pyproject.toml \
+	  --cache-dir $(CURDIR)/.mypy_cache --strict -p sloop_ppl
+
+venv: $(STAMP)
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --upgrade pip
+	$(BIN)/python -m pip install $(TORCH_PIP_OPTIONS) "$(TORCH)"
+	$(BIN)/python -m pip install --editable ".[dev]"
+	touch $@
+
+clean:
+	rm -rf build dist out *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find sloop_ppl models inference eval tests -name __pycache__ -type d -prune -exec rm -rf {} +
