@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sloop_ppl.errors import UnknownName
 from sloop_ppl.maps.city import CityMap
-from sloop_ppl.maps.geojson import read_map
+from sloop_ppl.maps.files import read_map
 
 __all__ = ["bundled_maps", "load_map"]
 

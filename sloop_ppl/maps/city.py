@@ -5,30 +5,41 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from sloop_ppl.errors import MapError, UnknownName
-from sloop_ppl.maps.fields import LandmarkFields, landmark_fields
+from sloop_ppl.errors import InputError, MapError, UnknownName
+from sloop_ppl.maps.cache import BoundedCache
+from sloop_ppl.maps.fields import BYTES_PER_CELL, LandmarkFields, landmark_fields
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
+from sloop_ppl.maps.proximity import NearestIndex
 from sloop_ppl.maps.rasterise import touched_cells
 
-__all__ = ["CityMap"]
+if TYPE_CHECKING:
+    from sloop_ppl.maps.frontage import Frontage
+
+__all__ = ["FIELDS", "CityMap"]
 
 T = TypeVar("T")
+
+FIELDS = BoundedCache(budget_bytes=1 << 29)
+"""Cells and fields of the landmarks in use, shared by maps of the same content: 512 MiB."""
 
 
 @dataclass(frozen=True, eq=False)
 class CityMap:
     """A city patch: landmarks on a grid. Immutable; what is derived from it is cached.
+
+    Cells and fields are computed for a landmark when they are first asked for and kept by
+    content in `FIELDS`, which forgets those used longest ago.
 
     Parameters
     ----------
@@ -94,7 +105,11 @@ class CityMap:
 
     def of_kind(self, *kinds: str) -> tuple[Landmark, ...]:
         """Return the landmarks of the given kinds, in file order."""
-        return tuple(m for m in self.landmarks if m.kind in kinds)
+        key = "kinds", "\n".join(sorted(set(kinds)))
+        if key not in self._cache:
+            self._cache[key] = tuple(m for m in self.landmarks if m.kind in kinds)
+        found: tuple[Landmark, ...] = self._cache[key]
+        return found
 
     def counts(self) -> dict[str, int]:
         """Return how many landmarks there are of each kind that occurs."""
@@ -112,24 +127,79 @@ class CityMap:
 
     def cells(self, landmark_id: str) -> NDArray[np.bool_]:
         """Return the cells a landmark takes: at least one is True, shape (H, W)."""
-        return self._cached(
-            "cells", landmark_id, lambda m: touched_cells(self.grid, self.footprint(m.id))
-        )
+        return self.fields(landmark_id).cells
 
     def fields(self, landmark_id: str) -> LandmarkFields:
         """Return distance and bearing of every cell as seen from a landmark."""
-        return self._cached("fields", landmark_id, self._fields)
+        footprint = self.footprint(landmark_id)
+        content = self._cached("content", landmark_id, lambda _: _hash(footprint.wkb))
+        return FIELDS.get(
+            (self.grid, content),
+            lambda: self._fields(footprint),
+            cost_bytes=self.grid.size * BYTES_PER_CELL,
+        )
 
     def nearest(
         self, x_m: float, y_m: float, among: Iterable[Landmark]
     ) -> tuple[Landmark, float] | None:
-        """Return the landmark nearest to a point and its distance in metres; None if none is given."""
-        point = shapely.Point(x_m, y_m)
-        measured = [(self.footprint(m.id).distance(point), i, m) for i, m in enumerate(among)]
-        if not measured:
-            return None
-        distance, _, landmark = min(measured, key=lambda t: t[:2])
-        return landmark, float(distance)
+        """Return the landmark nearest to a point and its distance in metres; None if none is given.
+
+        It is quickest when `among` is what `of_kind` or `landmarks` gave.
+        """
+        given = tuple(among)
+        index = self._index(given)
+        found = index.nearest(shapely.Point(x_m, y_m))
+        return None if found is None else (given[found[0]], found[1])
+
+    def landmarks_near(
+        self, x_m: float, y_m: float, within_m: float = 50.0, kinds: Sequence[str] = ()
+    ) -> list[tuple[Landmark, float]]:
+        """Return the landmarks within a distance of a point, nearest first.
+
+        Parameters
+        ----------
+        x_m, y_m : the point, metres.
+        within_m : how far a footprint may be, metres, >= 0.
+        kinds : the kinds to look for; all of them when empty.
+
+        Returns
+        -------
+        list
+            Pairs of a landmark and its distance in metres, 0 when the point is on it.
+        """
+        if not within_m >= 0:
+            raise InputError(f"within_m is {within_m}; expected a distance of 0 metres or more")
+        among = self.of_kind(*kinds) if kinds else self.landmarks
+        found = self._index(among).within(shapely.Point(x_m, y_m), within_m)
+        return [(among[i], distance) for i, distance in found]
+
+    def reaching_into(self, area: BaseGeometry) -> list[int]:
+        """Return the positions in `landmarks` of those whose geometry meets an area, in order."""
+        return [int(i) for i in self._index(self.landmarks, widened=False).touching(area)]
+
+    def find(self, name: str, limit: int = 5) -> tuple[Landmark, ...]:
+        """Return the landmarks a name may mean; see :func:`sloop_ppl.maps.find.find`."""
+        from sloop_ppl.maps.find import find
+
+        return find(self.landmarks, name, limit)
+
+    def streets_of(self, building_id: str) -> tuple[Landmark, ...]:
+        """Return the streets along a building; see :func:`sloop_ppl.maps.frontage.streets_of`."""
+        from sloop_ppl.maps.frontage import streets_of
+
+        return streets_of(self, building_id)
+
+    def frontage(self, building_id: str) -> Frontage:
+        """Return which way a building faces; see :func:`sloop_ppl.maps.frontage.frontage`."""
+        from sloop_ppl.maps.frontage import frontage
+
+        return frontage(self, building_id)
+
+    def window(self, center: tuple[float, float], side_m: float) -> CityMap:
+        """Return a square piece of the map; see :func:`sloop_ppl.maps.window.window`."""
+        from sloop_ppl.maps.window import window
+
+        return window(self, center, side_m)
 
     def bearing_to_nearest_path(self, landmark_id: str) -> float | None:
         """Return the direction from a landmark's centroid to the nearest path, radians.
@@ -138,16 +208,30 @@ class CityMap:
         when the map has no other path, or when the path runs through the centroid.
         """
         x, y = self.centroid(landmark_id)
-        paths = [m for m in self.of_kind(*PATH_KINDS) if m.id != landmark_id]
         point = shapely.Point(x, y)
-        lines = [m.geometry for m in paths]
-        if not lines:
+        paths = self.of_kind(*PATH_KINDS)
+        if self.landmark(landmark_id).kind in PATH_KINDS:
+            paths = tuple(m for m in paths if m.id != landmark_id)
+        path = self.nearest_line(point, paths)
+        if path is None:
             return None
-        line = lines[int(np.argmin(shapely.distance(lines, point)))]
-        (_, _), (foot_x, foot_y) = shapely.get_coordinates(shapely.shortest_line(point, line))
+        _, (foot_x, foot_y) = shapely.get_coordinates(shapely.shortest_line(point, path.geometry))
         if math.hypot(foot_x - x, foot_y - y) < 1e-6:
             return None
         return math.atan2(foot_y - y, foot_x - x)
+
+    def nearest_line(self, to: BaseGeometry, among: tuple[Landmark, ...]) -> Landmark | None:
+        """Return the landmark whose geometry, not widened, is nearest; the first of equals."""
+        found = self._index(among, widened=False).nearest(to)
+        return None if found is None else among[found[0]]
+
+    def derived(self, what: str, make: Callable[[], T]) -> T:
+        """Return what `make` computes from this map, computed once and kept under a name."""
+        key = "derived", what
+        if key not in self._cache:
+            self._cache[key] = make()
+        kept: T = self._cache[key]
+        return kept
 
     def with_grid(self, grid: Grid) -> CityMap:
         """Return the same landmarks on other cells."""
@@ -177,22 +261,56 @@ class CityMap:
         return value
 
     def _footprint(self, landmark: Landmark) -> BaseGeometry:
-        if landmark.kind == "poi" and landmark.geometry.geom_type == "Point":
+        if landmark.kind == "poi":
             if landmark.within is not None:
                 return self.landmark(landmark.within).geometry
-            for building in self.of_kind("building"):
-                if building.geometry.contains(landmark.geometry):
-                    return building.geometry
+            buildings = self.of_kind("building")
+            around = self._index(buildings, widened=False).containing(landmark.geometry)
+            if len(around):
+                return buildings[around[0]].geometry
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             width = max(landmark.width_m or 0.0, self.grid.cell_m)
             return landmark.geometry.buffer(width / 2)
         return landmark.geometry
 
-    def _fields(self, landmark: Landmark) -> LandmarkFields:
-        min_x, min_y, max_x, max_y = self.footprint(landmark.id).bounds
+    def _fields(self, footprint: BaseGeometry) -> LandmarkFields:
+        min_x, min_y, max_x, max_y = footprint.bounds
+        centre = footprint.centroid
         return landmark_fields(
             self.grid,
-            self.cells(landmark.id),
-            self.centroid(landmark.id),
+            touched_cells(self.grid, footprint),
+            (float(centre.x), float(centre.y)),
             max(max_x - min_x, max_y - min_y),
         )
+
+    def _index(self, among: tuple[Landmark, ...], widened: bool = True) -> NearestIndex:
+        """Return the spatial index of some landmarks, kept when they are all or all of some kinds.
+
+        `widened` asks for what they cover, else it is their geometry.
+        """
+        key = ("index of footprints" if widened else "index", str(id(among)))
+        if key in self._cache:
+            kept: NearestIndex = self._cache[key]
+            return kept
+        index = NearestIndex([self.footprint(m.id) if widened else m.geometry for m in among])
+        known = among is self.landmarks or any(
+            among is value for (what, _), value in self._cache.items() if what == "kinds"
+        )
+        if known:
+            self._cache[key] = index
+        return index
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {k: v for k, v in self.__dict__.items() if k != "_cache"}
+        return state | {"properties": dict(self.properties)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "properties", MappingProxyType(self.properties))
+        object.__setattr__(self, "_cache", {})
+        self.__post_init__()
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

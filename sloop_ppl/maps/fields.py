@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,32 +13,72 @@ from sloop_ppl.maps.grid import Grid
 
 __all__ = ["LandmarkFields", "landmark_fields"]
 
+BYTES_PER_CELL = 33
+"""What a landmark's cells and fields take at most: a bool, three float64 and two int32."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class LandmarkFields:
     """What a relation likelihood may know about a ground, cell by cell.
 
+    Each field is computed when it is first asked for, and kept.
+
     Parameters
     ----------
-    distance_m : metres from each cell to the nearest cell of the landmark, 0 on it, shape (H, W).
-    bearing_rad : direction from the landmark's centroid to each cell, anticlockwise from east,
-        in (-pi, pi], shape (H, W).
-    from_centroid_m : metres from the centroid to each cell's centre, shape (H, W).
-    nearest : row and column of the landmark's nearest cell, shape (2, H, W).
+    grid : the grid the cells lie on.
+    cells : True on the landmark, at least once, shape (H, W).
+    centroid : x and y of the landmark's centroid, metres.
     extent_m : the longer side of the landmark's bounding box, metres.
     """
 
-    distance_m: NDArray[np.float64]
-    bearing_rad: NDArray[np.float64]
-    from_centroid_m: NDArray[np.float64]
-    nearest: NDArray[np.int32]
+    grid: Grid
+    cells: NDArray[np.bool_]
+    centroid: tuple[float, float]
     extent_m: float
+
+    @property
+    def distance_m(self) -> NDArray[np.float64]:
+        """Metres from each cell to the nearest cell of the landmark, 0 on it, shape (H, W)."""
+        return self._transform[0]
+
+    @property
+    def nearest(self) -> NDArray[np.int32]:
+        """Row and column of the landmark's nearest cell, shape (2, H, W)."""
+        return self._transform[1]
+
+    @cached_property
+    def bearing_rad(self) -> NDArray[np.float64]:
+        """Direction from the landmark's centroid to each cell, shape (H, W).
+
+        Radians anticlockwise from east, in (-pi, pi].
+        """
+        return np.arctan2(self._north, self._east)
+
+    @cached_property
+    def from_centroid_m(self) -> NDArray[np.float64]:
+        """Metres from the centroid to each cell's centre, shape (H, W)."""
+        return np.hypot(self._north, self._east)
+
+    @property
+    def _east(self) -> NDArray[np.float64]:
+        return self.grid.x_m[None, :] - self.centroid[0]
+
+    @property
+    def _north(self) -> NDArray[np.float64]:
+        return self.grid.y_m[:, None] - self.centroid[1]
+
+    @cached_property
+    def _transform(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        distance, nearest = distance_transform_edt(
+            ~self.cells, sampling=self.grid.cell_m, return_indices=True
+        )
+        return distance, nearest
 
 
 def landmark_fields(
     grid: Grid, cells: NDArray[np.bool_], centroid: tuple[float, float], extent_m: float
 ) -> LandmarkFields:
-    """Compute the fields of a landmark from its cells and its centroid.
+    """Return the fields of a landmark, given its cells and its centroid.
 
     Parameters
     ----------
@@ -46,13 +87,4 @@ def landmark_fields(
     centroid : x and y of the landmark's centroid, metres.
     extent_m : the longer side of its bounding box, metres.
     """
-    distance, nearest = distance_transform_edt(~cells, sampling=grid.cell_m, return_indices=True)
-    east = grid.x_m[None, :] - centroid[0]
-    north = grid.y_m[:, None] - centroid[1]
-    return LandmarkFields(
-        distance_m=distance,
-        bearing_rad=np.arctan2(north, east),
-        from_centroid_m=np.hypot(north, east),
-        nearest=nearest,
-        extent_m=extent_m,
-    )
+    return LandmarkFields(grid, cells, centroid, extent_m)

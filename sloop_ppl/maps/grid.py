@@ -17,6 +17,8 @@ __all__ = ["Grid"]
 # Keeps floor(side / cell) right when the quotient is a whole number but for rounding.
 _SLACK = 1e-9
 
+_MAX_CELLS = 50_000_000
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -35,7 +37,8 @@ class Grid:
 
     Raises
     ------
-    InputError : when the extent is empty, a number is not finite or `cell_m` is not positive.
+    InputError : when the extent is empty, a number is not finite, `cell_m` is not positive, or
+        there would be more than 50 million cells.
 
     Notes
     -----
@@ -68,6 +71,14 @@ class Grid:
             )
         if self.cell_m <= 0:
             raise InputError(f"cell_m is {self.cell_m}; expected a positive number of metres")
+        cells = ((self.east_m - self.west_m) / self.cell_m + 1) * (
+            (self.north_m - self.south_m) / self.cell_m + 1
+        )
+        if cells > _MAX_CELLS:
+            raise InputError(
+                f"Grid would have {cells:.3g} cells; expected {_MAX_CELLS:,} at most: give "
+                "a larger cell_m or a smaller extent"
+            )
 
     @classmethod
     def square(
@@ -112,12 +123,17 @@ class Grid:
     @cached_property
     def x_m(self) -> NDArray[np.float64]:
         """East coordinate of the cell centres by column, metres, shape (n_cols,)."""
-        return self.west_m + (np.arange(self.n_cols) + 0.5) * self.cell_m
+        x: NDArray[np.float64] = (
+            self.west_m + (np.arange(self.n_cols, dtype=np.float64) + 0.5) * self.cell_m
+        )
+        return x
 
     @cached_property
     def y_m(self) -> NDArray[np.float64]:
         """North coordinate of the cell centres by row, metres, shape (n_rows,)."""
-        return self.north_m - (np.arange(self.n_rows)[::-1] + 0.5) * self.cell_m
+        rows = np.arange(self.n_rows, dtype=np.float64)[::-1]
+        y: NDArray[np.float64] = self.north_m - (rows + 0.5) * self.cell_m
+        return y
 
     def contains(self, x_m: float, y_m: float) -> bool:
         """Tell whether a point lies inside the extent, borders included."""

@@ -42,6 +42,7 @@ class Landmark:
     within : id of the building a poi stands in.
     width_m : width of a line, metres.
     properties : everything else the map file says about it.
+    members : members of its GeoJSON feature beside type, properties and geometry.
     """
 
     id: str
@@ -51,9 +52,17 @@ class Landmark:
     aliases: tuple[str, ...] = ()
     within: str | None = None
     width_m: float | None = None
-    properties: Mapping[str, Any] = field(
-        default_factory=lambda: MappingProxyType({}), hash=False
-    )
+    properties: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    members: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"properties": dict(self.properties), "members": dict(self.members)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, value)
+        for name in ("properties", "members"):
+            object.__setattr__(self, name, MappingProxyType(state[name]))
 
     @property
     def label(self) -> str:

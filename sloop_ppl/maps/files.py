@@ -1,0 +1,88 @@
+"""Read map files, and write them so that an interrupted write leaves the old file whole."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from sloop_ppl.errors import MapError, OutputError
+from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.geojson import from_geojson, to_geojson
+
+__all__ = ["read_map", "write_map"]
+
+
+def read_map(path: str | Path, cell_m: float | None = None) -> CityMap:
+    """Read a map file.
+
+    Parameters
+    ----------
+    path : a ``.geojson`` file.
+    cell_m : side of a cell in metres; the file's own, else 5, when None.
+
+    Raises
+    ------
+    MapError : when the file cannot be read or does not follow the format.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise MapError(f"Map file '{path}' is not UTF-8 text: {error.reason}") from error
+    except (OSError, ValueError) as error:
+        raise MapError(f"Map file '{path}' cannot be read: {error}") from error
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise MapError(f"Map file '{path}' is not JSON: {error}") from error
+    return from_geojson(data, cell_m=cell_m, source=str(path))
+
+
+def write_map(city: CityMap, path: str | Path) -> None:
+    """Write a map file, all of it or nothing: a file that was there stays until the new is whole.
+
+    Raises
+    ------
+    MapError : when the map has no centre on earth or holds what JSON cannot say.
+    OutputError : when the path cannot be written.
+    """
+    data = to_geojson(city)
+    try:
+        features = ",\n".join(_dumps(feature) for feature in data.pop("features"))
+        text = f'{_dumps(data)[:-1]}, "features": [\n{features}\n]}}\n'
+        written = text.encode("utf-8")
+    except (TypeError, ValueError) as error:
+        raise MapError(f"Map '{city.name}' cannot be written as JSON: {error}") from error
+    replace_file(Path(path), written)
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put a file in place in one step, so that nobody ever sees half of it.
+
+    Raises
+    ------
+    OutputError : when the path cannot be written; the file that was there is as before.
+    """
+    try:
+        temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+        file = temporary.open("wb")
+    except (OSError, ValueError) as error:
+        raise OutputError(f"'{path}' cannot be written: {error}") from error
+    try:
+        with file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            temporary.chmod(path.stat().st_mode & 0o777)
+        temporary.replace(path)
+    except BaseException as error:
+        temporary.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OutputError(f"'{path}' cannot be written: {error}") from error
+        raise
+
+
+def _dumps(data: Any) -> str:
+    return json.dumps(data, ensure_ascii=False, allow_nan=False)

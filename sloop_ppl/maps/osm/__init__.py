@@ -1,0 +1,1 @@
+"""OpenStreetMap: read its files into maps."""
