@@ -9,8 +9,8 @@ from typing import Any
 __all__ = ["Fault", "Record"]
 
 
-class Fault(Exception):  # noqa: N818 - never leaves the reader, which turns it into an InputError
-    """What is wrong with one field of one line.
+class Fault(Exception):
+    """What is wrong with one field of one line; the reader turns it into an InputError.
 
     Attributes
     ----------

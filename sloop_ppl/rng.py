@@ -31,7 +31,9 @@ def child(rng: np.random.Generator, *names: str | int) -> np.random.Generator:
     """
     parent = rng.bit_generator.seed_seq
     if not isinstance(parent, np.random.SeedSequence):
-        raise TypeError("rng was not made from a SeedSequence; make it with numpy default_rng(seed)")
+        raise TypeError(
+            "rng was not made from a SeedSequence; make it with numpy default_rng(seed)"
+        )
     digest = hashlib.sha256("\x1f".join(str(n) for n in names).encode()).digest()
     key = tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))
     seed = np.random.SeedSequence(parent.entropy, spawn_key=(*parent.spawn_key, *key))
