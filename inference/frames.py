@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.inference.summaries import circular_summary
 from sloop_ppl.models import FramePart, Preset, RelationTerm
-from sloop_ppl.models.evidence import asserted_log_g
-from sloop_ppl.models.logspace import log1mexp
+from sloop_ppl.models.evidence import asserted_log_g, log_denied
 
 __all__ = ["FrameSummary", "summarise_frame"]
 
@@ -64,14 +63,14 @@ def summarise_frame(
     cells = np.flatnonzero(used > 1e-7 * max(used.max(), 1e-300))
     marginal = asserted_log_g(term, model)
     if term.negated:
-        marginal = log1mexp(marginal)
+        marginal = log_denied(marginal)
     shares = torch.from_numpy(used[cells]).log() - marginal[cells]
 
     def ratio(fronts: NDArray[np.float64]) -> NDArray[np.float64]:
         directions = torch.from_numpy(fronts + term.offset_rad)
         log_g = model.likelihood.log_g(term, directions)[:, cells]
         if term.negated:
-            log_g = log1mexp(log_g)
+            log_g = log_denied(log_g)
         return np.asarray(unused + torch.exp(log_g + shares).sum(-1).numpy())
 
     angles = np.linspace(-math.pi, math.pi, _BINS, endpoint=False)

@@ -66,7 +66,10 @@ class Component:
     def terms_it_reads(self, terms: tuple[RelationTerm, ...]) -> tuple[RelationTerm, ...]:
         """Return the terms this component keeps, as it reads them."""
         kept = tuple(t for t in terms if self.keep_frames or not t.needs_frame)
-        return kept if self.read_as is None else tuple(t.as_relation(self.read_as) for t in kept)
+        if self.read_as is None:
+            return kept
+        # A denied phrase has no affirmative reading to fall back on.
+        return tuple(t.as_relation(self.read_as) for t in kept if not t.negated)
 
 
 Combination = Callable[[tuple[RelationTerm, ...], PhraseTable], Tensor]

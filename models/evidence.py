@@ -16,7 +16,9 @@ from sloop_ppl.models.logspace import log1mexp, log_normalise
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["Evidence", "gather_evidence", "log_phrase"]
+__all__ = ["Evidence", "asserted_log_g", "gather_evidence", "log_denied", "log_phrase"]
+
+_LEAST_LOG = math.log(1e-300)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +107,7 @@ def log_phrase(term: RelationTerm, model: Preset) -> Tensor:
     """
     log_p = asserted_log_g(term, model)
     if term.negated:
-        log_p = log1mexp(log_p)
+        log_p = log_denied(log_p)
     if model.normalisation == "map":
         log_p = log_normalise(log_p)
     if model.lapse:
@@ -123,6 +125,14 @@ def asserted_log_g(term: RelationTerm, model: Preset) -> Tensor:
         direction = torch.tensor([term.compass_rad], dtype=torch.float64)
         return model.likelihood.log_g(term, direction)[0]
     return model.likelihood.log_g(term, None)
+
+
+def log_denied(log_g: Tensor) -> Tensor:
+    """Return the log truth of a denied phrase, log(1 - g), at least that of 1e-300.
+
+    The floor keeps a cell on the ground of "not on Main Street" from turning sums into NaN.
+    """
+    return log1mexp(log_g).clamp_min(_LEAST_LOG)
 
 
 def _component_rows(
