@@ -49,5 +49,7 @@ def declared_object(object_id: str) -> TargetObject:
     noun = next((w for w in reversed(words) if w.isalpha()), words[-1])
     kind = "car" if noun in _CAR_MAKES else noun
     nouns = (noun, kind, *_SYNONYMS.get(kind, ()))
-    names = (" ".join(words), noun, *(f"{colour} {n}" if colour else n for n in nouns))
+    names = [" ".join(words), noun, *(f"{colour} {n}" if colour else n for n in nouns)]
+    if kind != "car":  # there is often more than one car, so its colour has to be said
+        names += nouns
     return TargetObject(object_id, tuple(dict.fromkeys(names)), colour, kind)

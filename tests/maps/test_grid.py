@@ -1,0 +1,165 @@
+"""Cells, metres and degrees: conversions that must agree with one another and with the contract."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sloop_ppl.errors import InputError, OutsideMap
+from sloop_ppl.maps import Grid, load_map
+
+metres = st.floats(-500, 500, allow_nan=False)
+sides = st.floats(1, 400, allow_nan=False)
+cells = st.sampled_from([0.5, 1.0, 2.5, 3.0, 5.0, 7.3, 10.0])
+
+
+@st.composite
+def grids(draw):
+    west, south = draw(metres), draw(metres)
+    return Grid(west, south, west + draw(sides), south + draw(sides), draw(cells))
+
+
+@st.composite
+def places(draw):
+    grid = draw(grids())
+    across, up = draw(st.floats(0, 1)), draw(st.floats(0, 1))
+    x = min(grid.west_m + across * (grid.east_m - grid.west_m), grid.east_m)
+    y = min(grid.south_m + up * (grid.north_m - grid.south_m), grid.north_m)
+    return grid, x, y
+
+
+def test_the_published_grid():
+    grid = Grid.square(100)
+    assert grid.shape == (41, 41)
+    assert grid.size == 1681
+    # The cells are laid from the north-west corner and overhang in the east and the south.
+    assert grid.cells_extent_m == (-100, -105, 105, 100)
+    assert (grid.x_m[0], grid.x_m[-1]) == (-97.5, 102.5)
+    assert (grid.y_m[0], grid.y_m[-1]) == (-102.5, 97.5)
+
+
+@pytest.mark.parametrize(
+    ("place", "row_from_north", "col"),
+    [
+        ((-100, 100), 0, 0),
+        ((100, 100), 0, 40),
+        ((-100, -100), 40, 0),
+        ((100, -100), 40, 40),
+        ((0, 0), 20, 20),
+        ((-37.5, -72.5), 34, 12),
+        # A place on a border between cells belongs to the eastern and the southern one.
+        ((-95, 95), 1, 1),
+        ((-95.001, 95.001), 0, 0),
+    ],
+)
+def test_cells_of_hand_picked_places(place, row_from_north, col):
+    grid = Grid.square(100)
+    row, found = grid.cell_at(*place)
+    assert (grid.row_from_north(row), found) == (row_from_north, col)
+
+
+@pytest.mark.parametrize(
+    ("cell_m", "n"), [(5, 41), (0.1, 2001), (2.5, 81), (3, 67), (200, 2), (300, 1)]
+)
+def test_number_of_cells(cell_m, n):
+    assert Grid.square(100, cell_m).shape == (n, n)
+
+
+def test_extents_need_not_be_square():
+    grid = Grid(-10, 0, 20, 12, 5)
+    assert grid.shape == (3, 7)
+    assert grid.extent_m == (-10, 0, 20, 12)
+    assert grid.cell_at(20, 0) == (0, 6)
+    assert grid.cell_at(-10, 12) == (2, 0)
+
+
+@given(places())
+def test_a_place_lies_in_its_cell(given_place):
+    grid, x, y = given_place
+    row, col = grid.cell_at(x, y)
+    assert 0 <= row < grid.n_rows
+    assert 0 <= col < grid.n_cols
+    centre_x, centre_y = grid.centre_of(row, col)
+    assert abs(centre_x - x) <= grid.cell_m / 2 + 1e-6
+    assert abs(centre_y - y) <= grid.cell_m / 2 + 1e-6
+
+
+@given(grids(), st.data())
+def test_centres_lie_in_their_own_cells(grid, data):
+    row = data.draw(st.integers(0, grid.n_rows - 1))
+    col = data.draw(st.integers(0, grid.n_cols - 1))
+    x, y = grid.centre_of(row, col)
+    if grid.contains(x, y):
+        assert grid.cell_at(x, y) == (row, col)
+    else:  # only on the overhang
+        assert row == 0 or col == grid.n_cols - 1
+
+
+@given(grids())
+def test_cells_cover_the_extent_and_overhang_by_less_than_one(grid):
+    west, south, east, north = grid.cells_extent_m
+    assert (west, north) == (grid.west_m, grid.north_m)
+    for overhang in (east - grid.east_m, grid.south_m - south):
+        assert -1e-6 <= overhang <= grid.cell_m + 1e-6
+
+
+@given(st.floats(-85, 85), st.floats(-179, 179), st.floats(-2000, 2000), st.floats(-2000, 2000))
+def test_degrees_round_trip(lat, lon, x, y):
+    grid = Grid.square(100, centre=(lat, lon))
+    back = grid.from_lonlat(*grid.to_lonlat(x, y))
+    assert np.allclose(back, (x, y), atol=1e-5)
+
+
+def test_north_is_up_and_a_degree_of_latitude_is_its_length():
+    grid = Grid.square(100, centre=(41.5, -81.7))
+    lon, lat = grid.to_lonlat([0, 0, 100], [0, 100, 0])
+    assert (float(lon[0]), float(lat[0])) == pytest.approx((-81.7, 41.5))
+    # A metre of latitude at 41.5 degrees on WGS84: 111 064 m a degree.
+    assert float(lat[1] - lat[0]) == pytest.approx(100 / 111_064, rel=1e-4)
+    assert float(lon[2] - lon[0]) == pytest.approx(
+        100 / (111_320 * math.cos(math.radians(41.5))), rel=2e-3
+    )
+
+
+def test_a_published_cell_has_the_published_degrees():
+    # Those were computed on a sphere: 0.2 m of difference at this distance from the centre.
+    lon, lat = load_map("cleveland").grid.to_lonlat(-37.5, -72.5)
+    assert (float(lon), float(lat)) == pytest.approx((-81.6995143, 41.4998068), abs=2e-6, rel=0)
+
+
+def test_a_grid_that_is_nowhere_has_no_degrees():
+    with pytest.raises(InputError) as caught:
+        Grid.square(100).to_lonlat(0, 0)
+    assert str(caught.value) == ("This grid has no centre on earth; give Grid a centre=(lat, lon)")
+
+
+@pytest.mark.parametrize("place", [(100.001, 0), (0, -100.001), (math.nan, 0), (0, math.inf)])
+def test_a_place_outside_is_refused(place):
+    grid = Grid.square(100)
+    assert not grid.contains(*place)
+    with pytest.raises(OutsideMap) as caught:
+        grid.cell_at(*place)
+    assert str(caught.value) == (
+        f"Place ({place[0]:g}, {place[1]:g}) is outside the map; expected x in [-100, 100] and "
+        "y in [-100, 100] metres from the map's centre"
+    )
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        (0, 0, 0, 10, 5),
+        (0, 10, 10, 0, 5),
+        (0, 0, 10, 10, 0),
+        (0, 0, 10, 10, -1),
+        (0, 0, math.nan, 10, 5),
+        (0, 0, 10, math.inf, 5),
+        (0, 0, 10, 10, math.nan),
+    ],
+)
+def test_a_grid_that_makes_no_sense_is_refused_in_one_line(numbers):
+    with pytest.raises(InputError) as caught:
+        Grid(*numbers)
+    assert "\n" not in str(caught.value)
