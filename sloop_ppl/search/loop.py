@@ -1,0 +1,280 @@
+"""Run a search: plan, act, sense, update the belief, until all is found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError, OutsideMap
+from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.rng import child
+from sloop_ppl.search._pomdp import Agent
+from sloop_ppl.search.belief import GridBelief, observation_likelihoods
+from sloop_ppl.search.config import SearchConfig
+from sloop_ppl.search.episode import Episode, PlanInfo, Pose, Step
+from sloop_ppl.search.models import (
+    SearchObservationModel,
+    SearchPolicyModel,
+    SearchRewardModel,
+    SearchTransitionModel,
+)
+from sloop_ppl.search.names import check_planner
+from sloop_ppl.search.planners import SearchPlanner, make_planner
+from sloop_ppl.search.space import SearchSpace
+from sloop_ppl.search.tree import scalar_rng
+from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
+
+__all__ = ["Tables", "run_search"]
+
+Tables = Mapping[str, NDArray[np.float64]]
+
+
+def run_search(
+    beliefs: Tables,
+    city: CityMap,
+    places: Mapping[str, tuple[float, float]],
+    *,
+    planner: str = "pouct",
+    config: SearchConfig = SearchConfig(),  # noqa: B008 - frozen
+    start: tuple[float, ...] | None = None,
+    rng: np.random.Generator,
+    on_step: Callable[[Step], None] | None = None,
+    on_observation: Callable[[Tables], Tables | None] | None = None,
+    keep_beliefs: bool = False,
+) -> Episode:
+    """Search a map for targets that stand still.
+
+    Parameters
+    ----------
+    beliefs : where each target is believed to be: a table over the cells per target id, shape
+        (H, W), finite and >= 0; normalised here.
+    city : the map.
+    places : true place of each target, x and y in metres; the keys of `beliefs`.
+    planner : name of a planner.
+    config : the settings.
+    start : x and y in metres and, if given, heading in degrees anticlockwise from east, a
+        multiple of 45. By default any cell, heading east, drawn from `rng`; the draw depends
+        neither on the planner nor on the beliefs.
+    rng : where start, environment and planner draw from, each from its own child stream.
+    on_step : called with every `Step` when it is done.
+    on_observation : called after every step with ``{target: log_likelihood}``, tables of shape
+        (H, W) of what the step showed of each target's cell (those of which it told nothing are
+        left out). What it returns, if not None, replaces the beliefs of the targets in it.
+    keep_beliefs : keep the beliefs at every pose in the `Episode`.
+
+    Returns
+    -------
+    Episode
+        What was done, seen and earned.
+
+    Raises
+    ------
+    OutsideMap : when a place or the start is outside the map.
+    InputError : when places or beliefs do not fit each other or the map, or are malformed.
+    UnknownName : when there is no such planner.
+    BeliefCollapse : when something was observed that the beliefs held impossible.
+    """
+    check_planner(planner)
+    ids = tuple(beliefs)
+    truth = _true_cells(ids, places, city.grid)
+    space = SearchSpace(city.grid.shape, ids, config)
+    robot = space.robot(_start_pose(start, city.grid, space, rng))
+    state = SearchState(robot, truth)
+    transition, reward_model = SearchTransitionModel(), SearchRewardModel(space)
+    observation_model = SearchObservationModel(space)
+    agent = Agent(
+        GridBelief(space, beliefs, robot, rng=child(rng, "planner", planner, "belief")),
+        SearchPolicyModel(space, scalar_rng(child(rng, "policy"))),
+        transition,
+        observation_model,
+        reward_model,
+    )
+    chooser = make_planner(planner, space, rng=rng)
+
+    record = _Record(city.grid, space, keep_beliefs)
+    record.begin(agent.belief)
+    while not state.robot.ended and len(record.actions) < config.max_steps:
+        action, info = chooser.plan(agent)
+        after = transition.sample(state, action)
+        observation = observation_model.sample(after, action)
+        reward = reward_model.sample(state, action, after)
+        _learn(agent, chooser, action, observation, after, on_observation)
+        state = after
+        step = record.add(action, observation, reward, agent.belief, info)
+        if on_step is not None:
+            on_step(step)
+    return Episode(
+        map_name=city.name,
+        planner=planner,
+        config=config,
+        places=MappingProxyType({t: (float(places[t][0]), float(places[t][1])) for t in ids}),
+        found_targets=record.found_targets(state.robot.found),
+        **record.columns(),
+    )
+
+
+def _learn(
+    agent: Agent,
+    chooser: SearchPlanner,
+    action: SearchAction,
+    observation: SearchObservation,
+    after: SearchState,
+    on_observation: Callable[[Tables], Tables | None] | None,
+) -> None:
+    """Bring the agent's history, belief and planner up to date after one step."""
+    before: GridBelief = agent.belief
+    agent.update_history(action, observation)
+    updated = before.updated(action, observation, after.robot)
+    agent.set_belief(updated)
+    chooser.update(agent, action, observation)
+    if on_observation is None:
+        return
+    space = before.space
+    told = observation_likelihoods(space, before.robot, action, observation, after.robot)
+    replacing = on_observation(
+        {
+            name: likelihood.log_table(space.shape)
+            for name, likelihood in zip(space.target_ids, told, strict=True)
+            if likelihood is not None
+        }
+    )
+    if replacing is not None:
+        new = updated.replaced({**updated.tables, **replacing}, after.robot)
+        agent.set_belief(new)
+        moved = (np.abs(a - b).sum() > 1e-9 for a, b in zip(new.flat, updated.flat, strict=True))
+        if any(moved):
+            chooser.forget()
+
+
+class _Record:
+    """Collects what happens, in metres."""
+
+    def __init__(self, grid: Grid, space: SearchSpace, keep_beliefs: bool) -> None:
+        self._grid, self._space, self._keep = grid, space, keep_beliefs
+        self.actions: list[str] = []
+        self._poses: list[Pose] = []
+        self._observations: list[Mapping[str, tuple[float, float] | None]] = []
+        self._rewards: list[float] = []
+        self._views: list[NDArray[np.bool_]] = []
+        self._infos: list[PlanInfo] = []
+        self._beliefs: list[Tables] = []
+
+    def begin(self, belief: GridBelief) -> None:
+        """Record where the search begins."""
+        row, col, heading = self._space.decode(belief.robot.pose)
+        self._poses.append((*self._grid.centre_of(row, col), heading * 45.0))
+        self._views.append(self._space.view_mask(belief.robot.pose))
+        if self._keep:
+            self._beliefs.append(MappingProxyType(belief.tables))
+
+    def add(
+        self,
+        action: SearchAction,
+        observation: SearchObservation,
+        reward: float,
+        belief: GridBelief,
+        info: PlanInfo,
+    ) -> Step:
+        """Record one step and return it."""
+        self.begin(belief)
+        self.actions.append(action.name)
+        self._rewards.append(float(reward))
+        self._infos.append(info)
+        seen = zip(self._space.target_ids, observation.seen, strict=True)
+        self._observations.append(
+            MappingProxyType(
+                {
+                    name: None
+                    if cell < 0
+                    else self._grid.centre_of(*divmod(cell, self._space.n_cols))
+                    for name, cell in seen
+                }
+            )
+        )
+        return Step(
+            index=len(self.actions) - 1,
+            action=action.name,
+            pose=self._poses[-1],
+            observation=self._observations[-1],
+            reward=float(reward),
+            found_targets=self.found_targets(belief.robot.found),
+            view=self._views[-1],
+            beliefs=MappingProxyType(belief.tables),
+            info=info,
+        )
+
+    def found_targets(self, found: int) -> tuple[str, ...]:
+        """Return the ids of a bit mask."""
+        return tuple(t for i, t in enumerate(self._space.target_ids) if found >> i & 1)
+
+    def columns(self) -> dict[str, Any]:
+        """Return the fields of an `Episode` that were collected."""
+        return {
+            "poses": tuple(self._poses),
+            "actions": tuple(self.actions),
+            "observations": tuple(self._observations),
+            "rewards": tuple(self._rewards),
+            "views": np.array(self._views),
+            "info": tuple(self._infos),
+            "beliefs": tuple(self._beliefs),
+        }
+
+
+def _true_cells(
+    ids: tuple[str, ...], places: Mapping[str, tuple[float, float]], grid: Grid
+) -> tuple[int, ...]:
+    """Return the flat index of each target's cell."""
+    if not ids:
+        raise InputError("No belief was given; expected one per target that is searched for")
+    for name in (*ids, *places):
+        if name not in places or name not in ids:
+            raise InputError(
+                f"'{name}' has {'no place' if name not in places else 'no belief'}; expected a "
+                f"place for each of: {', '.join(ids)}"
+            )
+    cells = []
+    for name in ids:
+        x, y = _numbers(f"The place of '{name}'", places[name], (2,))
+        try:
+            row, col = grid.cell_at(x, y)
+        except OutsideMap as error:
+            raise OutsideMap(f"Target '{name}': {error}") from None
+        cells.append(row * grid.n_cols + col)
+    return tuple(cells)
+
+
+def _start_pose(
+    start: tuple[float, ...] | None, grid: Grid, space: SearchSpace, rng: np.random.Generator
+) -> int:
+    """Return the pose at which the robot begins."""
+    if start is None:
+        return int(child(rng, "start").integers(space.n_cells)) * 8
+    x, y, *heading = _numbers("The start", start, (2, 3))
+    try:
+        row, col = grid.cell_at(x, y)
+    except OutsideMap as error:
+        raise OutsideMap(f"Start: {error}") from None
+    eighths = heading[0] / 45.0 if heading else 0.0
+    if eighths != round(eighths):
+        raise InputError(
+            f"The start's heading is {heading[0]:g}; expected a multiple of 45 degrees, "
+            "anticlockwise from east"
+        )
+    return space.encode(row, col, round(eighths) % 8)
+
+
+def _numbers(what: str, value: object, lengths: tuple[int, ...]) -> list[float]:
+    """Return a tuple of finite numbers, or say what is wrong with it."""
+    try:
+        numbers = [float(v) for v in value]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) not in lengths or not all(math.isfinite(v) for v in numbers):
+        form = "x, y" if lengths == (2,) else "x, y or x, y, heading"
+        raise InputError(f"{what} is {value!r}; expected {form} as finite numbers")
+    return numbers

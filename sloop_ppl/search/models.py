@@ -1,0 +1,183 @@
+"""The models of the search: how states, observations, rewards and actions follow."""
+
+from __future__ import annotations
+
+import random
+
+from sloop_ppl.search._pomdp import (
+    ObservationModel,
+    PolicyModel,
+    RewardModel,
+    RolloutPolicy,
+    TransitionModel,
+)
+from sloop_ppl.search.space import SearchSpace
+from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
+
+__all__ = [
+    "PublishedRollout",
+    "RandomRollout",
+    "SearchObservationModel",
+    "SearchPolicyModel",
+    "SearchRewardModel",
+    "SearchTransitionModel",
+]
+
+History = tuple[tuple[SearchAction, SearchObservation], ...]
+
+
+class SearchTransitionModel(TransitionModel):
+    """Moves change the pose; a find marks what is in view; nothing changes once it is over."""
+
+    def sample(self, state: SearchState, action: SearchAction) -> SearchState:
+        """Return the state that follows; it is certain."""
+        robot = state.robot
+        if robot.ended:
+            return state
+        if action.index < 3:
+            return SearchState(robot.moved(action.index), state.cells)
+        marks = 0
+        if robot.looked:
+            for i, cell in enumerate(state.cells):
+                if cell in robot.view:
+                    marks |= 1 << i
+        return SearchState(robot.marked(marks & action.marks), state.cells)
+
+    argmax = sample
+
+    def probability(
+        self, next_state: SearchState, state: SearchState, action: SearchAction
+    ) -> float:
+        """Return one for the state that follows, else zero."""
+        return float(next_state == self.sample(state, action))
+
+
+class SearchObservationModel(ObservationModel):
+    """After a move the robot senses its view; a find tells what has been found."""
+
+    def __init__(self, space: SearchSpace) -> None:
+        self._nothing = (-1,) * len(space.target_ids)
+        self._made: dict[tuple[tuple[int, ...], int], SearchObservation] = {}
+
+    def sample(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
+        """Return what is observed on reaching a state."""
+        robot = next_state.robot
+        seen = self._nothing
+        if action.index < 3:
+            view = robot.view
+            if not view.isdisjoint(next_state.cells):
+                seen = tuple(
+                    cell if cell in view and not robot.found >> i & 1 else -1
+                    for i, cell in enumerate(next_state.cells)
+                )
+        key = seen, robot.found
+        made = self._made.get(key)
+        if made is None:
+            made = self._made[key] = SearchObservation(seen, robot.found)
+        return made
+
+    argmax = sample
+
+    def probability(
+        self, observation: SearchObservation, next_state: SearchState, action: SearchAction
+    ) -> float:
+        """Return the probability of an observation on reaching a state."""
+        return float(observation == self.sample(next_state, action))
+
+
+class SearchRewardModel(RewardModel):
+    """The one reward of agent and environment."""
+
+    def __init__(self, space: SearchSpace) -> None:
+        config = space.config
+        self._move = config.move_reward
+        self._right = config.right_find_reward
+        self._wrong = config.wrong_find_reward
+
+    def sample(self, state: SearchState, action: SearchAction, next_state: SearchState) -> float:
+        """Return the reward of a transition; zero once the search is over."""
+        robot = state.robot
+        if robot.ended:
+            return 0.0
+        if action.index < 3:
+            return self._move
+        return self._right if next_state.robot.found != robot.found else self._wrong
+
+    argmax = sample
+
+
+class SearchPolicyModel(PolicyModel):
+    """Every move, and a find once the robot has looked from its pose."""
+
+    def __init__(self, space: SearchSpace, rng: random.Random) -> None:
+        self._all, self._moves, self._rng = space.actions, space.moves, rng
+
+    def get_all_actions(
+        self,
+        state: SearchState | None = None,
+        history: History | None = None,  # noqa: ARG002
+    ) -> tuple[SearchAction, ...]:
+        """Return the actions that may be taken, in their declared order."""
+        if state is None or state.robot.looked:
+            return self._all
+        return self._moves
+
+    def sample(self, state: SearchState) -> SearchAction:
+        """Return any action that may be taken."""
+        return self._rng.choice(self.get_all_actions(state))
+
+
+class RandomRollout(RolloutPolicy):
+    """Any action that may be taken, each as likely."""
+
+    def __init__(self, space: SearchSpace, rng: random.Random) -> None:
+        self._all, self._moves, self._random = space.actions, space.moves, rng.random
+
+    def rollout(self, state: SearchState, history: History | None = None) -> SearchAction:  # noqa: ARG002
+        """Return the next action of a rollout."""
+        actions = self._all if state.robot.looked else self._moves
+        return actions[int(self._random() * len(actions))]
+
+
+class PublishedRollout(RolloutPolicy):
+    """Find what was just seen; else a move that goes nearer to or turns towards some target.
+
+    Notes
+    -----
+    Source: SLOOP's published code (preferred actions of its rollout policy).
+    """
+
+    def __init__(self, space: SearchSpace, rng: random.Random) -> None:
+        moves = space.moves
+        self._choices = tuple(
+            tuple(m for m in moves if mask >> m.index & 1) or moves for mask in range(8)
+        )
+        self._finds = space.finds
+        self._random = rng.random
+
+    def rollout(self, state: SearchState, history: History | None = None) -> SearchAction:
+        """Return the next action of a rollout."""
+        if history:
+            last = history[-1][1]
+            if last.any and not state.robot.ended:
+                return self._find(last, state.robot.found)
+        robot = state.robot
+        prefer = robot._prefer
+        cells = state.cells
+        if len(cells) == 1:
+            mask = prefer(cells[0])
+        else:
+            mask = 0
+            for i, cell in enumerate(cells):
+                if not robot.found >> i & 1:
+                    mask |= prefer(cell)
+        choices = self._choices[mask]
+        return choices[int(self._random() * len(choices))]
+
+    def _find(self, last: SearchObservation, found: int) -> SearchAction:
+        if len(self._finds) == 1:
+            return self._finds[0]
+        for i, cell in enumerate(last.seen):
+            if cell >= 0 and not found >> i & 1:
+                return self._finds[i]
+        return self._finds[0]
