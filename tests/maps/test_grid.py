@@ -109,7 +109,8 @@ def test_cells_cover_the_extent_and_overhang_by_less_than_one(grid):
 def test_degrees_round_trip(lat, lon, x, y):
     grid = Grid.square(100, centre=(lat, lon))
     back = grid.from_lonlat(*grid.to_lonlat(x, y))
-    assert np.allclose(back, (x, y), atol=1e-5)
+    # PROJ takes what is within 1e-10 radians, 0.6 mm, of the centre to be the centre.
+    assert np.allclose(back, (x, y), atol=1e-3)
 
 
 def test_north_is_up_and_a_degree_of_latitude_is_its_length():
