@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 from sloop_ppl.plots._palette import INK
@@ -9,7 +10,7 @@ from sloop_ppl.plots._palette import INK
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["font_pt", "frame_map", "new_axes", "width_in"]
+__all__ = ["fitted", "font_pt", "frame_map", "new_axes", "stroke", "width_in"]
 
 _DOUBLE_COLUMN_IN = 6.6
 
@@ -37,6 +38,16 @@ def font_pt(width: float) -> float:
     About 5.6 pt in a 3.4 inch column and 7.6 pt across a 7 inch page.
     """
     return min(max(3.9 + 0.54 * width, 5.0), 9.0)
+
+
+def fitted(text: str, size_pt: float, width: float) -> str:
+    """Return a text broken into lines that fit a width in inches at a font size in points."""
+    return textwrap.fill(text, max(int(width * 72 / (0.54 * size_pt)), 12))
+
+
+def stroke(ax: Axes) -> float:
+    """Return what line widths and marker sizes are multiplied by: 1 on an axes 6 inches wide."""
+    return min(max(width_in(ax) / 6.0, 0.6), 1.2)
 
 
 def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.plots._axes import stroke
 from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._palette import INK, PAPER, belief_colours
 
@@ -57,8 +58,10 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
 
 
 def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
-    """Return the border of a set of cells as shapely lines, metres."""
+    """Return the border of a set of cells as shapely lines in metres, empty for no cell."""
     rows, cols = np.nonzero(region)
+    if rows.size == 0:
+        return shapely.LineString()
     half = grid.cell_m / 2
     x, y = grid.x_m[cols], grid.y_m[rows]
     cells = shapely.box(x - half, y - half, x + half, y + half)
@@ -106,7 +109,8 @@ def draw_hpd(ax: Axes, belief: NDArray[np.float64], grid: Grid, *, colour: str =
     from matplotlib.patheffects import withStroke
 
     handles: list[Any] = []
-    for mass, dashes, width in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
+    for mass, dashes, points in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
+        width = points * stroke(ax)
         border = region_outline(hpd_region(belief, mass), grid)
         draw_shape(
             ax,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.maps import CityMap
+from sloop_ppl.plots._axes import stroke
 from sloop_ppl.plots._palette import ACCENTS, PAPER
 from sloop_ppl.plots._protocols import FrameLike
 
@@ -94,13 +95,13 @@ def draw_frames(
                 (x, y),
                 (x + length * dx, y + length * dy),
                 arrowstyle="-|>",
-                mutation_scale=9,
+                mutation_scale=9 * stroke(ax),
                 shrinkA=0,
                 shrinkB=0,
-                linewidth=1.6,
+                linewidth=1.6 * stroke(ax),
                 color=colour,
                 alpha=0.35 + 0.65 * min(frame.p, 1.0),
-                path_effects=[withStroke(linewidth=3.0, foreground=PAPER, alpha=0.8)],
+                path_effects=[withStroke(linewidth=3.0 * stroke(ax), foreground=PAPER, alpha=0.8)],
                 zorder=4.2,
                 gid="frame-arrow",
             )

@@ -10,6 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.maps import CityMap, Landmark
+from sloop_ppl.plots._axes import stroke
 from sloop_ppl.plots._palette import PAPER, MapPalette
 
 if TYPE_CHECKING:
@@ -107,26 +108,38 @@ def _areas(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
     }
     for kind, (face, edge) in fills.items():
         for shape in _polygons(city.of_kind(kind), window):
-            draw_shape(ax, shape, facecolor=face, edgecolor=edge, linewidth=0.5, zorder=0.3)
+            draw_shape(
+                ax, shape, facecolor=face, edgecolor=edge, linewidth=0.5 * stroke(ax), zorder=0.3
+            )
     for shape in _polygons(city.of_kind("parking"), window):
         draw_shape(
             ax,
             shape,
             facecolor=palette.parking,
             edgecolor=palette.parking_edge,
-            linewidth=0.5,
+            linewidth=0.5 * stroke(ax),
             zorder=0.35,
         )
         hatch = _hatch(shape)
         draw_shape(
-            ax, hatch, facecolor="none", edgecolor=palette.parking_edge, linewidth=0.35, zorder=0.4
+            ax,
+            hatch,
+            facecolor="none",
+            edgecolor=palette.parking_edge,
+            linewidth=0.35 * stroke(ax),
+            zorder=0.4,
         )
     for landmark in city.of_kind("park", "water"):
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             strip = landmark.geometry.buffer(max(landmark.width_m or 0.0, 2.0) / 2)
             face, edge = fills[landmark.kind]
             draw_shape(
-                ax, strip & window, facecolor=face, edgecolor=edge, linewidth=0.5, zorder=0.3
+                ax,
+                strip & window,
+                facecolor=face,
+                edgecolor=edge,
+                linewidth=0.5 * stroke(ax),
+                zorder=0.3,
             )
 
 
@@ -179,7 +192,7 @@ def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
         shapely.boundary(surface) & window,
         facecolor="none",
         edgecolor=palette.road_edge,
-        linewidth=0.9,
+        linewidth=0.9 * stroke(ax),
         zorder=0.52,
     )
     for landmark in city.of_kind("pedestrian"):
@@ -198,7 +211,7 @@ def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
             line,
             facecolor="none",
             edgecolor=palette.pedestrian,
-            linewidth=0.9,
+            linewidth=0.9 * stroke(ax),
             linestyle=(0, (3.0, 2.0)),
             zorder=0.56,
         )
@@ -211,7 +224,7 @@ def _buildings(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometr
             shape,
             facecolor=palette.building,
             edgecolor=palette.building_edge,
-            linewidth=0.6,
+            linewidth=0.6 * stroke(ax),
             joinstyle="round",
             zorder=0.7,
         )
@@ -223,10 +236,10 @@ def _pois(ax: Axes, city: CityMap, palette: MapPalette) -> None:
         ax.scatter(
             [p.x for p in points],
             [p.y for p in points],
-            s=9,
+            s=9 * stroke(ax) ** 2,
             color=palette.poi,
             edgecolor=PAPER,
-            linewidth=0.5,
+            linewidth=0.5 * stroke(ax),
             zorder=0.9,
         )
 
@@ -247,7 +260,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
             tuple(centre),
             ha="center",
             va="center",
-            fontsize=5.5,
+            fontsize=5.5 * stroke(ax),
             fontweight="bold",
             color=PAPER,
             bbox={

@@ -45,6 +45,7 @@ class Label:
     weight : font weight.
     style : font style.
     must : True when it is to be placed even where it overhangs what it names.
+    gap_pt : how far off a point it stands, points.
     """
 
     text: str
@@ -54,6 +55,7 @@ class Label:
     weight: str = "normal"
     style: str = "normal"
     must: bool = False
+    gap_pt: float = 3.2
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,7 @@ class _Placer:
     def block_points(self, points: Sequence[tuple[float, float]]) -> None:
         """Keep labels off small discs round points in metres."""
         for x, y in points:
-            self.taken.append(shapely.Point(*self.pixels(x, y)).buffer(3.5 * self.px_per_pt))
+            self.taken.append(shapely.Point(*self.pixels(x, y)).buffer(2.5 * self.px_per_pt))
 
     def pixels(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixel of a point in metres."""
@@ -206,7 +208,7 @@ class _Placer:
         yield from kinds.get(shape.geom_type, self._in_area)(label, shape)
 
     def _round_point(self, label: Label, point: BaseGeometry) -> Iterator[_Spot]:
-        gap = 3.2 * self.px_per_pt
+        gap = label.gap_pt * self.px_per_pt
         ways = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
         for k, text in enumerate(_wrapped(label.text)):
             size = self.base_pt * label.size

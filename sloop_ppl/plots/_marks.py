@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+    from sloop_ppl.plots._labels import LabelLayer
+
 __all__ = ["add_attribution", "add_legend", "add_north_arrow", "add_scale_bar", "scale_length_m"]
 
 
@@ -81,37 +83,38 @@ def add_attribution(ax: Axes, city: CityMap) -> Artist | None:
         loc="lower right",
         pad=0.2,
         borderpad=0.15,
-        prop={"fontsize": max(0.62 * font_pt(width_in(ax)), 4.0), "color": INK},
+        prop={"fontsize": max(0.62 * font_pt(width_in(ax)), 3.2), "color": INK},
     )
     return _boxed(ax, text)
 
 
-def add_legend(ax: Axes, handles: Sequence[Any], *, columns: int | None = None) -> Artist | None:
+def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
     """Add a legend: under the axes where the figure makes room for it, else inside.
 
     Parameters
     ----------
     ax : the axes.
-    handles : artists with labels; none means no legend.
-    columns : how many columns; chosen from the width when None.
+    handles : artists with labels, or tuples of them drawn on each other; none means no legend.
+    layer : the labels, which keep off a legend inside.
     """
     if not handles:
-        return None
+        return
     figure = ax.get_figure(root=True)
     room = figure is not None and figure.get_layout_engine() is not None
     width = width_in(ax)
     size = font_pt(width)
-    widths = [(len(str(h.get_label())) * 0.54 + 4.2) * size / 72 for h in handles]
-    columns = columns or _columns(widths, width)
+    names = [str((h[0] if isinstance(h, tuple) else h).get_label()) for h in handles]
+    widths = [(len(name) * 0.54 + 4.2) * size / 72 for name in names]
     place: dict[str, Any] = (
         {"loc": "upper center", "bbox_to_anchor": (0.5, -(2.6 * size + 5.0) / (72 * width))}
         if room
         else {"loc": "upper left"}
     )
     legend = ax.legend(
-        handles=list(handles),
+        list(handles),
+        names,
         fontsize=size,
-        ncol=columns if room else 1,
+        ncol=_columns(widths, width) if room else 1,
         frameon=not room,
         framealpha=0.88,
         edgecolor="none",
@@ -124,7 +127,8 @@ def add_legend(ax: Axes, handles: Sequence[Any], *, columns: int | None = None) 
         **place,
     )
     legend.set_zorder(8.0)
-    return legend
+    if not room:
+        layer.avoid(legend)
 
 
 def _columns(widths: Sequence[float], room: float) -> int:
@@ -133,7 +137,7 @@ def _columns(widths: Sequence[float], room: float) -> int:
         rows = -(-len(widths) // columns)
         widest = [max(widths[i : i + rows]) for i in range(0, len(widths), rows)]
         if sum(widest) <= room:
-            return columns
+            return len(widest)
     return 1
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -100,3 +100,15 @@ class EpisodeLike(Protocol):
     @property
     def found_targets(self) -> Sequence[str]:
         """Ids of the targets that were found."""
+
+    @property
+    def places(self) -> Mapping[str, tuple[float, float]]:
+        """True place of each target, metres."""
+
+    @property
+    def views(self) -> Any:
+        """True on the cells in view at each pose, shape (steps + 1, H, W)."""
+
+    @property
+    def discounted_return(self) -> float:
+        """Sum of the discounted rewards."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.plots._axes import font_pt, new_axes, width_in
+from sloop_ppl.plots._axes import fitted, font_pt, new_axes, stroke, width_in
 from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
 from sloop_ppl.plots._frames import draw_frames
 from sloop_ppl.plots._marks import add_legend
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
+
+    from sloop_ppl.plots._labels import LabelLayer
 
 __all__ = ["plot_belief", "plot_beliefs"]
 
@@ -60,10 +61,12 @@ def plot_belief(
     if target not in posterior.targets:
         raise UnknownName("target", target, posterior.targets)
     axes = new_axes(ax, height=6.6 if colour_bar else 6.9)
-    handles = _draw(axes, posterior, target, truth, labels, colour_bar)
-    axes.set_title(title or target, fontsize=font_pt(width_in(axes)) + 1.5, color=INK, pad=5)
+    handles, layer = _draw(axes, posterior, target, truth, labels, colour_bar)
+    size = font_pt(width_in(axes)) + 1.5
+    told = fitted(title or target, size, width_in(axes))
+    axes.set_title(told, fontsize=size, color=INK, pad=5, parse_math=False)
     if legend:
-        add_legend(axes, handles)
+        add_legend(axes, handles, layer)
     return axes
 
 
@@ -99,14 +102,14 @@ def plot_beliefs(
     known = truths or {}
     handles: dict[str, Any] = {}
     for panel, target in zip(panels, posterior.targets, strict=False):
-        told = _draw(panel, posterior, target, known.get(target), True, True)
+        told, _ = _draw(panel, posterior, target, known.get(target), True, True)
         handles.update({str(h.get_label()): h for h in told})
         panel.set_title(target, fontsize=10, color=INK, pad=5)
     for panel in list(figure.axes)[: rows * cols][count:]:
         panel.set_axis_off()
     said = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
     if said:
-        wrapped = textwrap.fill(f"“{said}”", int(width * 11))
+        wrapped = fitted(f"“{said}”", 11.0, 0.92 * width)
         figure.suptitle(wrapped, fontsize=11, color=INK, parse_math=False)
     figure.legend(
         handles=list(handles.values()),
@@ -126,8 +129,8 @@ def _draw(
     truth: tuple[float, float] | None,
     labels: bool,
     colour_bar: bool,
-) -> list[Any]:
-    """Draw one target's panel and return handles for a legend."""
+) -> tuple[list[Any], LabelLayer]:
+    """Draw one target's panel; return handles for a legend and the layer of its labels."""
     from matplotlib.patches import Patch
 
     city = posterior.city
@@ -152,7 +155,7 @@ def _draw(
     layer.avoid(points=[*points, *along])
     if colour_bar:
         _add_colour_bar(ax, image)
-    return handles
+    return handles, layer
 
 
 def _rgb(colour: str) -> tuple[float, float, float]:
@@ -163,7 +166,7 @@ def _rgb(colour: str) -> tuple[float, float, float]:
 
 def _mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label: str) -> Any:
     """Put a marker with a white rim at a place and return it as a handle."""
-    size = {"*": 11.0, "D": 5.5}[marker]
+    size = {"*": 11.0, "D": 5.5}[marker] * stroke(ax)
     (mark,) = ax.plot(
         [place[0]],
         [place[1]],

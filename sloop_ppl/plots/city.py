@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import shapely
 
 from sloop_ppl.maps import PATH_KINDS, CityMap, Landmark
-from sloop_ppl.plots._axes import frame_map, new_axes
+from sloop_ppl.plots._axes import frame_map, new_axes, stroke
 from sloop_ppl.plots._ground import draw_ground, draw_shape
 from sloop_ppl.plots._marks import (
     add_attribution,
@@ -60,9 +60,9 @@ def plot_map(
     UnknownName : when a landmark to highlight is not on the map.
     """
     axes = new_axes(ax)
-    draw_map(axes, city, labels=labels, grid=grid, highlight=highlight, muted=muted)
+    layer = draw_map(axes, city, labels=labels, grid=grid, highlight=highlight, muted=muted)
     if legend:
-        add_legend(axes, _key(city, MUTED if muted else CLEAR, bool(highlight)))
+        add_legend(axes, _key(city, MUTED if muted else CLEAR, bool(highlight)), layer)
     return axes
 
 
@@ -125,7 +125,13 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
     colour = ACCENTS["mentioned"]
     if shape.geom_type == "Point":
         ax.scatter(
-            [shape.x], [shape.y], s=26, color=colour, edgecolor=PAPER, linewidth=0.8, zorder=3.2
+            [shape.x],
+            [shape.y],
+            s=26 * stroke(ax) ** 2,
+            color=colour,
+            edgecolor=PAPER,
+            linewidth=0.8,
+            zorder=3.2,
         )
         shape = city.footprint(landmark.id)
     if landmark.kind in PATH_KINDS and "Line" in shape.geom_type:
@@ -134,7 +140,9 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
         shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
     shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
     draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13, zorder=1.0)
-    draw_shape(ax, shape, facecolor="none", edgecolor=colour, linewidth=1.3, zorder=3.0)
+    draw_shape(
+        ax, shape, facecolor="none", edgecolor=colour, linewidth=1.3 * stroke(ax), zorder=3.0
+    )
 
 
 def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -> list[Label]:
