@@ -19,7 +19,7 @@ PYTHON ?= python3.11
 VENV ?= .venv
 TORCH ?= torch==2.13.0
 TORCH_PIP_OPTIONS ?=
-PYTEST_OPTIONS ?= -n auto
+PYTEST_OPTIONS ?= -n auto --dist loadgroup
 
 BIN := $(abspath $(VENV))/bin
 STAMP := $(VENV)/.installed
