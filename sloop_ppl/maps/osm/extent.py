@@ -1,0 +1,84 @@
+"""Lay the grid of a map from what the user asks for: a square, a box, or all there is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.maps.grid import Grid
+from sloop_ppl.maps.osm.reader import Bounds
+
+__all__ = ["box_grid", "grid_bounds", "square_grid"]
+
+
+def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
+    """Return the grid of a square round a place.
+
+    Parameters
+    ----------
+    centre : latitude and longitude, degrees.
+    side_m : side of the square, metres, > 0.
+    cell_m : side of a cell, metres, > 0.
+
+    Raises
+    ------
+    InputError : when a number cannot be used.
+    """
+    lat, lon = _numbers(centre, 2, "centre", "latitude,longitude")
+    if not (-89 <= lat <= 89 and -180 <= lon <= 180):
+        raise InputError(
+            f"centre is {lat:g},{lon:g}; expected latitude,longitude with the latitude in "
+            "[-89, 89] and the longitude in [-180, 180]; are they swapped?"
+        )
+    if not (math.isfinite(side_m) and 0 < side_m <= 200_000):
+        raise InputError(f"side_m is {side_m:g}; expected metres, more than 0 and up to 200000")
+    return Grid.square(side_m / 2, cell_m, (lat, lon))
+
+
+def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
+    """Return the grid of a box, its sides in whole centimetres.
+
+    Parameters
+    ----------
+    bbox : west, south, east and north, degrees.
+    cell_m : side of a cell, metres, > 0.
+
+    Raises
+    ------
+    InputError : when a number cannot be used, or the box is empty.
+    """
+    west, south, east, north = _numbers(bbox, 4, "bbox", "west,south,east,north")
+    on_earth = -180 <= west <= 180 and -180 <= east <= 180 and south >= -89 and north <= 89
+    if not (on_earth and west < east and south < north):
+        raise InputError(
+            f"bbox is {west:g},{south:g},{east:g},{north:g}; expected west,south,east,north in "
+            "degrees, west < east and south < north, longitudes in [-180, 180], latitudes in "
+            "[-89, 89]; are they swapped?"
+        )
+    centre = ((south + north) / 2, (west + east) / 2)
+    frame = Grid.square(1.0, 1.0, centre)
+    x, y = frame.from_lonlat([west, east, centre[1], centre[1]], [centre[0]] * 2 + [south, north])
+    left, bottom, right, top = (round(float(side), 2) for side in (x[0], y[2], x[1], y[3]))
+    return Grid(left, bottom, right, top, cell_m, centre)
+
+
+def grid_bounds(grid: Grid) -> Bounds:
+    """Return the longitudes and latitudes that a grid's extent reaches."""
+    west, south, east, north = grid.extent_m
+    x = np.linspace(west, east, 9)
+    y = np.linspace(south, north, 9)
+    lon, lat = grid.to_lonlat(
+        np.concatenate([x, x, np.full(9, west), np.full(9, east)]),
+        np.concatenate([np.full(9, south), np.full(9, north), y, y]),
+    )
+    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+
+def _numbers(values: Sequence[float], count: int, name: str, expected: str) -> list[float]:
+    numbers = [float(value) for value in values]
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise InputError(f"{name} is {tuple(values)}; expected {expected} in degrees")
+    return numbers

@@ -1,0 +1,134 @@
+"""Import an OpenStreetMap file as a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from sloop_ppl.errors import InputError, MapError
+from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.geojson import from_geojson, to_geojson
+from sloop_ppl.maps.grid import Grid
+from sloop_ppl.maps.osm.buildings import Buildings
+from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
+from sloop_ppl.maps.osm.feature import OsmData
+from sloop_ppl.maps.osm.landmarks import landmarks_of
+from sloop_ppl.maps.osm.merge import merge_pieces
+from sloop_ppl.maps.osm.pieces import pieces_of, projected
+from sloop_ppl.maps.osm.reader import Bounds, file_bounds, read_osm
+from sloop_ppl.maps.osm.report import ImportReport
+
+__all__ = ["ATTRIBUTION", "build_map", "import_osm"]
+
+ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0"
+
+
+def import_osm(
+    path: str | Path,
+    *,
+    centre: Sequence[float] | None = None,
+    side_m: float | None = None,
+    bbox: Sequence[float] | None = None,
+    everything: bool = False,
+    cell_m: float = 5.0,
+    name: str | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[CityMap, ImportReport]:
+    """Import a patch of an OpenStreetMap file, offline.
+
+    Parameters
+    ----------
+    path : ``.osm`` XML or ``.osm.pbf``, compressed or not.
+    centre : latitude and longitude of the middle of a square patch, degrees, with `side_m`.
+    side_m : side of the square, metres.
+    bbox : west, south, east and north of a patch, degrees, instead of `centre` and `side_m`.
+    everything : take all that is in the file, instead.
+    cell_m : side of a cell, metres, > 0.
+    name : what to call the map; the file's name up to its first dot when None.
+    progress : told in a few words what is being done.
+
+    Returns
+    -------
+    tuple
+        The map, exactly as it will be read back once it is written, and a report of what was
+        merged, repaired and left out.
+
+    Raises
+    ------
+    InputError : when the patch is not given in one of the three ways, or a number cannot be used.
+    MapError : when the file cannot be read or has nothing in the patch.
+    """
+    file, tell, report = Path(path), progress or _silent, ImportReport()
+    grid = _asked(centre, side_m, bbox, everything, cell_m)
+    if not file.is_file():
+        raise MapError(f"File '{path}' cannot be read: no such file; expected .osm or .osm.pbf")
+    known = file_bounds(file)
+    if grid is None and known is not None:
+        grid = box_grid(known, cell_m)
+    tell(f"reading {file.name}")
+    data = read_osm(file, None if grid is None else grid_bounds(grid), report)
+    if grid is None:
+        if data.bounds is None:
+            raise MapError(f"File '{path}' holds no tagged feature; expected a piece of a city")
+        grid = box_grid(data.bounds, cell_m)
+    city = build_map(data, grid, name or file.name.split(".")[0], report, tell)
+    if not city.landmarks:
+        raise MapError(_empty(file, grid, known))
+    return city, report
+
+
+def build_map(
+    data: OsmData, grid: Grid, name: str, report: ImportReport, tell: Callable[[str], None]
+) -> CityMap:
+    """Make a map of features in degrees; `report` counts what happens to them."""
+    tell(f"sorting out {len(data.features)} features")
+    features = projected(data.features, grid)
+    pieces = merge_pieces(pieces_of(features, grid, report), report)
+    tell(f"furnishing {len(pieces)} landmarks")
+    buildings = Buildings(pieces)
+    buildings.take_doors(features, grid.to_lonlat, report)
+    buildings.take_addresses(features, data.street_of, report)
+    pieces = buildings.take_places(pieces, report)
+    made = CityMap(name, grid, landmarks_of(pieces), ATTRIBUTION)
+    report.kept = made.counts()
+    return from_geojson(to_geojson(made), source=name)
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _asked(
+    centre: Sequence[float] | None,
+    side_m: float | None,
+    bbox: Sequence[float] | None,
+    everything: bool,
+    cell_m: float,
+) -> Grid | None:
+    """Return the grid asked for; None for everything, whose extent the file tells."""
+    square = centre is not None or side_m is not None
+    if square + (bbox is not None) + everything != 1:
+        raise InputError(
+            "The patch is given in no way or in several; expected one of: a centre and a side_m, "
+            "a bbox, everything"
+        )
+    if everything:
+        Grid.square(cell_m, cell_m)  # refuses a cell that cannot be used
+        return None
+    if bbox is not None:
+        return box_grid(bbox, cell_m)
+    if centre is None or side_m is None:
+        raise InputError("centre and side_m go together; one of them is missing")
+    return square_grid(centre, side_m, cell_m)
+
+
+def _empty(file: Path, grid: Grid, known: Bounds | None) -> str:
+    lat, lon = grid.centre or (0.0, 0.0)
+    told = f"File '{file}' has nothing to map round lat {lat:g}, lon {lon:g}"
+    if known is None:
+        return f"{told}; choose another centre"
+    west, south, east, north = known
+    hint = "choose a centre inside"
+    if south <= lon <= north and west <= lat <= east:
+        hint = "latitude and longitude are swapped"
+    return f"{told}; it covers lat {south:g} to {north:g}, lon {west:g} to {east:g}: {hint}"

@@ -1,0 +1,72 @@
+"""Say what an import kept, mended and left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+__all__ = ["ImportReport"]
+
+
+@dataclass
+class ImportReport:
+    """What happened to the features of an OpenStreetMap file; the importer counts as it goes.
+
+    Parameters
+    ----------
+    read : nodes, ways and relations with tags that were read.
+    kept : landmarks by kind.
+    merged : pieces that became part of another landmark: of a street of the same name, of the
+        building a place of the same name stands in.
+    repaired : sources of areas whose outline crossed itself and was repaired.
+    broken : sources of areas and relations that no area could be made of.
+    incomplete : relations of which the file lacks a member.
+    cut_short : ways of which the file lacks a node; they are kept without it.
+    duplicates : objects that the file holds twice; the newest version is kept.
+    underground : features below ground, left out.
+    outside : features outside the extent, left out.
+    of_no_kind : features of no kind that a landmark can have, left out.
+    entrances, addresses : how many were attached to buildings.
+    """
+
+    read: int = 0
+    kept: dict[str, int] = field(default_factory=dict)
+    merged: int = 0
+    repaired: list[str] = field(default_factory=list)
+    broken: list[str] = field(default_factory=list)
+    incomplete: int = 0
+    cut_short: int = 0
+    duplicates: int = 0
+    underground: int = 0
+    outside: int = 0
+    of_no_kind: int = 0
+    entrances: int = 0
+    addresses: int = 0
+
+    def lines(self) -> list[str]:
+        """Return the report as short lines, nothing said of what did not occur."""
+        kinds = ", ".join(f"{n} {kind}" for kind, n in self.kept.items())
+        told = [f"kept {sum(self.kept.values())} landmarks: {kinds}"]
+        told += [
+            f"{text}: {count}"
+            for text, count in (
+                ("entrances on buildings", self.entrances),
+                ("addresses on buildings", self.addresses),
+                ("pieces merged into another landmark", self.merged),
+                ("left out, of no kind a landmark can have", self.of_no_kind),
+                ("left out, below ground", self.underground),
+                ("left out, outside the extent", self.outside),
+                ("twice in the file, newest version kept", self.duplicates),
+                ("ways without some of their nodes, kept without them", self.cut_short),
+                ("relations without all of their members, left out", self.incomplete),
+            )
+            if count
+        ]
+        told += [
+            f"{text}: {len(sources)} ({', '.join(sources[:4])}{', …' if sources[4:] else ''})"
+            for text, sources in (
+                ("outlines that cross themselves, repaired", self.repaired),
+                ("areas that enclose nothing, left out", self.broken),
+            )
+            if sources
+        ]
+        return told
