@@ -81,7 +81,6 @@ def infer_description(
             for i, target in enumerate(targets)
         },
         log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
-        texts=(description.text,),
     )._checked(description)
     info = InferenceInfo(
         engine=engine,

@@ -59,7 +59,6 @@ class Posterior:
     log_prior : target -> log belief before anything was said, shape (S,).
     said : target -> what was said of it, in any order.
     log_sensed : target -> log likelihood of all that was sensed, shape (S,).
-    texts : the texts of the descriptions, in the order they came.
     info : how the last inference went.
 
     Notes
@@ -75,7 +74,6 @@ class Posterior:
     log_prior: Mapping[str, Table]
     said: Mapping[str, tuple[Said, ...]]
     log_sensed: Mapping[str, Table]
-    texts: tuple[str, ...] = ()
     info: InferenceInfo | None = None
     _cache: dict[str, Any] = field(default_factory=dict)
 
@@ -94,6 +92,17 @@ class Posterior:
     def belief(self, target: str) -> Table:
         """Return the probability of each cell, summing to one, row 0 in the south, shape (H, W)."""
         return self._log_belief(target)[0].reshape(self.city.grid.shape)
+
+    @property
+    def descriptions(self) -> tuple[Description, ...]:
+        """The distinct descriptions, in the order they came."""
+        met = [part.description for target in self.targets for part in self.said[target]]
+        return tuple({id(d): d for d in met}.values())
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The texts of the descriptions, in the order they came."""
+        return tuple(d.text for d in self.descriptions)
 
     @property
     def log_evidence(self) -> float:
@@ -178,7 +187,6 @@ class Posterior:
                 for target in dict.fromkeys((*self.targets, *later.targets))
             },
             log_sensed={**later.log_sensed, **self.log_sensed},
-            texts=(*self.texts, *later.texts),
             _cache={},
         )._checked(description)
 

@@ -38,7 +38,7 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
     """
     grid = posterior.city.grid
     targets = list(posterior.targets)
-    descriptions = _descriptions(posterior)
+    descriptions = posterior.descriptions
     entries = [(t, said) for t in targets for said in posterior.said[t]]
 
     def over_cells(tables: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -77,7 +77,6 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
             "variant": posterior.model.variant,
             "engine": posterior.engine,
             "log_evidence": posterior.log_evidence,
-            "texts": json.dumps(posterior.texts),
             "descriptions": json.dumps([asdict(d) for d in descriptions]),
             "map_geojson": json.dumps(to_geojson(posterior.city)),
         },
@@ -137,14 +136,7 @@ def _from_dataset(data: xarray.Dataset) -> Posterior:
         log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
         said=said,
         log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
-        texts=tuple(json.loads(data.attrs["texts"])),
     )
-
-
-def _descriptions(posterior: Posterior) -> list[Description]:
-    """Return the distinct descriptions of a posterior, in the order they are met."""
-    found = [said.description for entries in posterior.said.values() for said in entries]
-    return list({id(d): d for d in found}.values())
 
 
 def _description(data: dict[str, Any]) -> Description:

@@ -91,7 +91,7 @@ def _sum(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
 
 def _keyword(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
     """Return one row: 1 on the grounds' cells and 1 / (H W) elsewhere (SLOOP sec. V, keyword)."""
-    on_ground = torch.stack([term.distance_m == 0 for term in terms]).any(0)
+    on_ground = torch.stack([term.on_ground for term in terms]).any(0)
     elsewhere = -math.log(on_ground.numel())
     return torch.where(on_ground, 0.0, elsewhere).double()[None]
 

@@ -13,6 +13,7 @@ from torch import Tensor
 from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
 from sloop_ppl.models.directions import COMPASS_RAD, FRAME_OFFSET_RAD
+from sloop_ppl.models.distance import ground_distance_m
 
 __all__ = ["RelationTerm", "ground_relations"]
 
@@ -49,8 +50,13 @@ class RelationTerm:
 
     @cached_property
     def distance_m(self) -> Tensor:
-        """Metres to the ground's nearest cell, shape (S,)."""
-        return torch.from_numpy(self.fields.distance_m.reshape(-1))
+        """Metres to the ground's nearest cell (of 5 m, on finer grids), shape (S,)."""
+        return torch.from_numpy(ground_distance_m(self.city, self.ground).reshape(-1))
+
+    @cached_property
+    def on_ground(self) -> Tensor:
+        """True on the ground's cells, shape (S,)."""
+        return torch.from_numpy(self.city.cells(self.ground).reshape(-1))
 
     @cached_property
     def bearing_rad(self) -> Tensor:

@@ -1,11 +1,16 @@
 """Multi-object search on a grid: the OO-POMDP, its beliefs and planners, and the episode loop.
 
 Names load on first use, because pomdp-py takes more than a second to import.
+
+``sloop_ppl.search(posterior, city, ...)`` is the facade function: importing this room binds its
+name in the package, so the module itself can be called and hands the call on.
 """
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.search.config import ROLLOUTS, SearchConfig
@@ -89,3 +94,15 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+class _CallableRoom(ModuleType):
+    """The room as a module that is the facade function of the same name too."""
+
+    def __call__(self, *args: Any, **options: Any) -> Episode:
+        """Search the map for the targets of a posterior; see `sloop_ppl.bridge.search`."""
+        found: Episode = import_module("sloop_ppl.bridge").search(*args, **options)
+        return found
+
+
+sys.modules[__name__].__class__ = _CallableRoom

@@ -90,6 +90,7 @@ class Episode:
     views : cells in view at each pose, shape (steps + 1, H, W).
     info : what the planner says about each decision.
     beliefs : beliefs at each pose when they were asked for, else empty.
+    imagined : targets whose place was not known but drawn from the belief.
     """
 
     map_name: str
@@ -104,6 +105,7 @@ class Episode:
     views: NDArray[np.bool_]
     info: tuple[PlanInfo, ...] = ()
     beliefs: tuple[Tables, ...] = ()
+    imagined: tuple[str, ...] = ()
 
     @property
     def start(self) -> Pose:
@@ -144,6 +146,7 @@ class Episode:
                 for seen in self.observations
             ],
             "rewards": list(self.rewards),
+            **({"imagined": list(self.imagined)} if self.imagined else {}),
             "found": self.found,
             "found_targets": list(self.found_targets),
             "steps": self.steps,

@@ -1,0 +1,67 @@
+"""Read places that a user types, such as ``GreenToyota=-37.5,-72.5``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sloop_ppl.errors import InputError
+
+__all__ = ["read_places", "read_start"]
+
+
+def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return target -> x and y in metres.
+
+    Parameters
+    ----------
+    typed : one ``OBJECT=x,y`` per target.
+
+    Raises
+    ------
+    InputError : when one is malformed, repeated or not finite.
+
+    Examples
+    --------
+    >>> read_places(["GreenToyota=-37.5,-72.5"])
+    {'GreenToyota': (-37.5, -72.5)}
+    """
+    places: dict[str, tuple[float, float]] = {}
+    for text in typed:
+        name, sign, numbers = text.partition("=")
+        values = _numbers(numbers)
+        if not name.strip() or not sign or len(values) != 2:
+            raise InputError(
+                f"Place '{text}' is malformed; expected OBJECT=x,y in metres, such as "
+                "GreenToyota=-37.5,-72.5"
+            )
+        if name.strip() in places:
+            raise InputError(f"Place of '{name.strip()}' is given twice; give it once")
+        places[name.strip()] = values[0], values[1]
+    return places
+
+
+def read_start(typed: str | None) -> tuple[float, ...] | None:
+    """Return ``(x, y)`` or ``(x, y, heading)`` of a typed start; None when none is given.
+
+    Raises
+    ------
+    InputError : when it is malformed or not finite.
+    """
+    if typed is None:
+        return None
+    values = _numbers(typed)
+    if len(values) not in (2, 3):
+        raise InputError(
+            f"Start '{typed}' is malformed; expected x,y or x,y,heading in metres and degrees"
+        )
+    return tuple(values)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return comma-separated finite numbers, or nothing when one of them is not."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return values if all(map(math.isfinite, values)) else []

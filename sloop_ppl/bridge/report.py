@@ -1,0 +1,154 @@
+"""Put descriptions, beliefs and maps into words, tables and plain JSON values."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rich.table import Table
+
+from sloop_ppl.inference import FrameSummary, Posterior
+from sloop_ppl.language import Description, SpatialRelation
+from sloop_ppl.maps.whereabouts import nearest_landmark, whereabouts
+from sloop_ppl.search import Episode, Step
+
+__all__ = [
+    "belief_lines",
+    "belief_report",
+    "outcome_line",
+    "relation_table",
+    "step_line",
+    "unresolved_lines",
+]
+
+
+def relation_table(said: Description) -> Table:
+    """Return the relations of a description with the words each was read from."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in ("figure", "relation", "ground", "read from"):
+        table.add_column(name, overflow="fold")
+    for relation in said.relations:
+        word = f"not {relation.relation}" if relation.negated else relation.relation
+        if relation.distance_m is not None:
+            word += f" ({relation.distance_m:g} m)"
+        table.add_row(relation.figure, word, ", ".join(relation.grounds), _words(said, relation))
+    for missed in said.unresolved:
+        table.add_row("[dim]?[/]", "", "", _missed(missed.text, missed.candidates))
+    return table
+
+
+def unresolved_lines(posterior: Posterior) -> list[str]:
+    """Return a line for each name or cue that found no home."""
+    return [
+        f"not understood: {_missed(missed.text, missed.candidates)}"
+        for description in posterior.descriptions
+        for missed in description.unresolved
+    ]
+
+
+def belief_lines(posterior: Posterior) -> list[str]:
+    """Return a few lines in words: where each belief lies, how wide, and on what frame."""
+    lines = []
+    for target in posterior.targets:
+        lines.append(
+            f"{target}: most probably {whereabouts(posterior.city, *posterior.mode(target))}"
+        )
+        cells = int(posterior.hpd(target, 0.9).sum())
+        area = cells * posterior.city.grid.cell_m**2
+        lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
+                     f"{posterior.entropy(target):.2f} nats")  # fmt: skip
+        if not posterior.relations(target):
+            lines.append("  nothing was said of it: this is its prior")
+        parts = posterior.component(target)
+        if len(parts) > 1:
+            told = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
+            lines.append(f"  read as: {told}")
+        lines += [_frame_line(frame) for frame in posterior.frames(target)]
+    return lines
+
+
+def belief_report(posterior: Posterior) -> dict[str, Any]:
+    """Return the value that ``sloop infer --json`` prints."""
+    return {
+        "map": posterior.city.name,
+        "model": posterior.model.name,
+        "engine": posterior.engine,
+        "log_evidence": posterior.log_evidence,
+        "targets": {target: _target_report(posterior, target) for target in posterior.targets},
+    }
+
+
+def step_line(step: Step) -> str:
+    """Return one line on a step: what was done, what was seen, what it earned."""
+    x, y, heading = step.pose
+    seen = [f"{name} at ({at[0]:g}, {at[1]:g})" for name, at in step.observation.items() if at]
+    found = f", found so far: {', '.join(step.found_targets)}" if step.found_targets else ""
+    return (
+        f"{step.index + 1:3d}  {step.action:<8} at ({x:6.1f}, {y:6.1f}) facing {heading:3.0f}°  "
+        f"{step.reward:+6.0f}  saw {', '.join(seen) or 'nothing'}{found}"
+    )
+
+
+def outcome_line(episode: Episode) -> str:
+    """Return one line on how a search ended."""
+    missed = [name for name in episode.places if name not in episode.found_targets]
+    found = ", ".join(episode.found_targets) or "nothing"
+    told = f"found {found} in {episode.steps} steps, discounted reward "
+    told += f"{episode.discounted_return:.1f}"
+    if missed:
+        told += f"; not found: {', '.join(missed)}"
+    if episode.imagined:
+        told += f"; imagined places: {', '.join(episode.imagined)}"
+    return told
+
+
+def _target_report(posterior: Posterior, target: str) -> dict[str, Any]:
+    x, y = posterior.mode(target)
+    lonlat = None
+    if posterior.city.grid.centre is not None:
+        lonlat = [round(float(v), 7) for v in posterior.city.grid.to_lonlat(x, y)]
+    nearest = nearest_landmark(posterior.city, x, y)
+    return {
+        "mode_m": [x, y],
+        "mode_lonlat": lonlat,
+        "entropy_nats": posterior.entropy(target),
+        "expected_m": list(posterior.expected(target)),
+        "hpd90_cells": int(posterior.hpd(target, 0.9).sum()),
+        "nearest": nearest.id if nearest else None,
+        "components": posterior.component(target),
+        "frames": [
+            {
+                "ground": frame.ground,
+                "relation": frame.relation,
+                "mean_deg": _degrees(frame.mean_rad),
+                "kappa": frame.kappa,
+                "p": frame.p,
+            }
+            for frame in posterior.frames(target)
+        ],
+    }
+
+
+def _frame_line(frame: FrameSummary) -> str:
+    spread = "exactly" if frame.kappa is None else f"kappa {frame.kappa:.1f}"
+    return (
+        f"  '{frame.relation}' takes {frame.ground} to face {_degrees(frame.mean_rad):.0f}° "
+        f"from east ({spread}), p {frame.p:.2f}"
+    )
+
+
+def _degrees(angle_rad: float) -> float:
+    return math.degrees(math.remainder(angle_rad, 2 * math.pi))
+
+
+def _words(said: Description, relation: SpatialRelation) -> str:
+    if relation.spans is None:
+        return ""
+    spans = relation.spans
+    parts = (spans.figure, spans.relation, *spans.grounds)
+    return " … ".join(f"“{said.text[a:b]}”" for a, b in parts)
+
+
+def _missed(text: str, candidates: tuple[str, ...]) -> str:
+    near = f"; nearest: {', '.join(candidates)}" if candidates else ""
+    return f"“{text}”{near}"

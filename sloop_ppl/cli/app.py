@@ -1,0 +1,72 @@
+"""Run a `sloop` command and turn what goes wrong into one line and an exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import typer
+from typer.exceptions import TyperException
+
+from sloop_ppl import __version__
+from sloop_ppl.cli import belief, catalogue, demo, language, maps, search
+from sloop_ppl.errors import SloopError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    help="From what a person says about where something is to a belief over a city map, and to "
+    "the search for it.",
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"sloop_ppl {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: bool = typer.Option(
+        False, "--version", callback=_print_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    pass
+
+
+app.command("parse")(language.parse)
+app.command("infer")(belief.infer)
+app.command("search")(search.search)
+app.add_typer(maps.app, name="map")
+app.command("list")(catalogue.list_names)
+app.command("demo")(demo.demo)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 well, 2 a user's mistake, 1 a crash, 130 Ctrl-C."""
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(arguments, prog_name="sloop", standalone_mode=False)
+    except TyperException as error:
+        _refuse(error.format_message() if hasattr(error, "format_message") else str(error))
+    except SloopError as error:
+        _refuse(str(error))
+    except (typer.Abort, KeyboardInterrupt):
+        sys.stderr.write("sloop: stopped\n")
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)
+    sys.exit(code or 0)
+
+
+def _refuse(message: str) -> None:
+    """Print one line on stderr, if there is something to say, and exit with code 2."""
+    if message:
+        sys.stderr.write(f"sloop: {' '.join(message.split())}\n")
+    sys.exit(2)

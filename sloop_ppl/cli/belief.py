@@ -1,0 +1,55 @@
+"""`sloop infer`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Targets, Text, Variant
+from sloop_ppl.cli.output import print_data, print_json, progress
+
+__all__ = ["infer"]
+
+
+def infer(
+    text: Text,
+    map_: Map,
+    targets: Targets = None,
+    model: Model = "bayes",
+    variant: Variant = "published",
+    engine: Engine = "exact",
+    frames: Frames = None,
+    prior: Annotated[
+        Path | None, typer.Option(help="A saved posterior whose beliefs are the prior.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw the beliefs, .png .pdf .svg.")] = None,
+    json: Json = False,
+) -> None:
+    """Infer where the targets of a sentence are."""
+    import sloop_ppl as sloop
+    from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
+    from sloop_ppl.bridge.requests import posterior_of
+    from sloop_ppl.outputs import check_output
+    from sloop_ppl.plots import check_figure_path
+
+    if out:
+        check_output(out, (".nc",))
+    if figure:
+        check_figure_path(figure)
+    posterior = posterior_of(
+        text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
+        prior=prior,
+    )  # fmt: skip
+    for line in unresolved_lines(posterior):
+        progress(line)
+    if out:
+        posterior.save(out)
+    if figure:
+        sloop.plots.save_figure(sloop.plots.plot_beliefs(posterior), figure)
+    if json:
+        print_json(belief_report(posterior))
+    else:
+        print_data(*belief_lines(posterior))

@@ -1,0 +1,28 @@
+"""The options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["Engine", "Frames", "Json", "Map", "Model", "Targets", "Text", "Variant"]
+
+Text = Annotated[str, typer.Argument(help="What was said, in English.", show_default=False)]
+Map = Annotated[
+    str, typer.Option("--map", help="A bundled map's name or a .geojson file.", show_default=False)
+]
+Targets = Annotated[
+    Path | None,
+    typer.Option(help="JSON list of {id, names, colour, kind}: the objects searched for."),
+]
+Model = Annotated[str, typer.Option(help="Observation model; see `sloop list models`.")]
+Variant = Annotated[
+    str, typer.Option(help="Which source a sloop model follows: published (code) or paper (text).")
+]
+Engine = Annotated[str, typer.Option(help="Inference engine; see `sloop list engines`.")]
+Frames = Annotated[
+    str | None, typer.Option(help="Frame predictor; see `sloop list frames`.", show_default=False)
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]

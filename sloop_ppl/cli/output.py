@@ -1,0 +1,31 @@
+"""Print data to stdout and progress to stderr."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import typer
+from rich.console import Console
+
+__all__ = ["print_data", "print_json", "progress"]
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON on stdout, keys in their own order, one line."""
+    typer.echo(json.dumps(value, ensure_ascii=False, allow_nan=False))
+
+
+def print_data(*lines: Any) -> None:
+    """Print text or rich renderables on stdout."""
+    console = Console(highlight=False)
+    for line in lines:
+        if isinstance(line, str):
+            typer.echo(line)
+        else:
+            console.print(line)
+
+
+def progress(line: str) -> None:
+    """Print a line of progress on stderr."""
+    typer.echo(line, err=True)

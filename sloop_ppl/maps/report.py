@@ -1,0 +1,26 @@
+"""Say in a few lines what is on a map."""
+
+from __future__ import annotations
+
+from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.summary import summary
+
+__all__ = ["map_lines"]
+
+
+def map_lines(city: CityMap) -> list[str]:
+    """Return a few lines about what is on a map."""
+    told = summary(city)
+    west, south, east, north = told["extent_m"]
+    counts = ", ".join(f"{n} {kind}" for kind, n in told["counts"].items())
+    rows, cols = told["shape"]
+    named = [m.label for m in city.landmarks if m.name]
+    return [
+        (
+            f"{city.name}: {east - west:g} m x {north - south:g} m, {rows} x {cols} cells of "
+            f"{city.grid.cell_m:g} m"
+        ),
+        f"{len(city.landmarks)} landmarks, {told['named']} named: {counts}",
+        ", ".join(named),
+        *([city.attribution] if city.attribution else []),
+    ]
