@@ -34,7 +34,7 @@ def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
     --------
     >>> from sloop_ppl.maps import load_map
     >>> whereabouts(load_map("cleveland"), -72.5, -77.5)
-    '35 m southwest of Velvet Dog, 53 m from Johnson Court'
+    '29 m west of Joseph and, 44 m from Johnson Court'
     """
     said = []
     landmark = nearest_landmark(city, x_m, y_m)
