@@ -1,4 +1,10 @@
-"""Language: relations, descriptions, and the spaCy pipeline that reads them."""
+"""Language: relations, descriptions, and the parsers that read them.
+
+Importing this package imports neither spaCy nor torch; the parsers load on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.language.values import (
     Description,
@@ -15,15 +21,55 @@ from sloop_ppl.language.vocabulary import (
     check_relation,
 )
 
+if TYPE_CHECKING:
+    from sloop_ppl.language.diagnosis import Recognised, no_relation_found, recognised
+    from sloop_ppl.language.parsers import PARSERS, Parser, list_parsers, parse
+    from sloop_ppl.language.pipeline import load_pipeline
+    from sloop_ppl.language.targets import DEFAULT_TARGETS, load_targets
+
+_LAZY = {
+    "DEFAULT_TARGETS": "targets",
+    "PARSERS": "parsers",
+    "Parser": "parsers",
+    "Recognised": "diagnosis",
+    "list_parsers": "parsers",
+    "load_pipeline": "pipeline",
+    "load_targets": "targets",
+    "no_relation_found": "diagnosis",
+    "parse": "parsers",
+    "recognised": "diagnosis",
+}
+
 __all__ = [
     "COMPASS",
+    "DEFAULT_TARGETS",
     "FRAME_RELATIONS",
+    "PARSERS",
     "RELATIONS",
     "RELATION_CLASSES",
     "Description",
+    "Parser",
+    "Recognised",
     "RelationSpans",
     "SpatialRelation",
     "TargetObject",
     "Unresolved",
     "check_relation",
+    "list_parsers",
+    "load_pipeline",
+    "load_targets",
+    "no_relation_found",
+    "parse",
+    "recognised",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a parser's module when it is first asked for."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

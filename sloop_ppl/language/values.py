@@ -73,7 +73,8 @@ class SpatialRelation:
         check_relation(self.relation)
         if not self.grounds:
             raise DescriptionError(
-                f"Relation '{self.relation}' of '{self.figure}' has no ground; expected at least one"
+                f"Relation '{self.relation}' of '{self.figure}' has no ground; "
+                "expected at least one"
             )
 
     @property

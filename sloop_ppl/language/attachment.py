@@ -1,0 +1,400 @@
+"""Attach relation phrases to the objects they locate, clause by clause."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.figures import FigureMention, inferred_target
+from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.phrases import RelationPhrase, read_relation
+
+__all__ = ["Attached", "Reading", "attach"]
+
+_INVERSE = {
+    "north": "south", "south": "north", "east": "west", "west": "east",
+    "northeast": "southwest", "southwest": "northeast", "northwest": "southeast",
+    "southeast": "northwest", "left": "right", "right": "left", "front": "behind",
+    "behind": "front", "above": "below", "below": "above", "up": "down", "down": "up",
+    "top": "below", "under": "above",
+    **{r: r for r in ("near", "beside", "next", "close", "adjacent", "across", "around", "by")},
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """A relation phrase and the objects it locates.
+
+    Parameters
+    ----------
+    figures : ids of the objects.
+    span : half-open range of the words that name them.
+    phrase : what is said.
+    confidence : how sure the attachment is, in [0, 1].
+    """
+
+    figures: tuple[str, ...]
+    span: tuple[int, int]
+    phrase: RelationPhrase
+    confidence: float = 1.0
+
+
+@dataclass
+class Reading:
+    """What a text says, in words and ids.
+
+    Parameters
+    ----------
+    attached : relation phrases with their objects.
+    loose : half-open ranges of words that were understood but found no home, with candidates.
+    """
+
+    attached: list[Attached] = field(default_factory=list)
+    loose: list[Ground] = field(default_factory=list)
+
+
+@dataclass
+class _Clause:
+    """State while reading on."""
+
+    figures: tuple[str, ...] = ()
+    span: tuple[int, int] = (0, 0)
+    named: bool = False  # a figure was named in this sentence
+    subject: Ground | None = None  # a landmark is the subject
+    pending: list[RelationPhrase] = field(default_factory=list)
+    route: bool = False
+    negated: bool = False
+    aside: bool = False  # inside a relative clause about a landmark
+    aside_used: bool = False  # that clause has said something
+    open: bool = False  # the last thing read was a figure that may still be joined by another
+
+
+def attach(reader: GroundReader, figures: Figures) -> Reading:
+    """Return which relation phrases locate which objects; linear in the items.
+
+    Parameters
+    ----------
+    reader : the items of the text; remembers the places spoken of.
+    figures : the objects spoken of; remembers them.
+    """
+    walk = _Walk(reader, figures)
+    at = 0
+    while at < len(reader.items):
+        at = walk.step(at)
+    walk.end_sentence()
+    return walk.reading
+
+
+class _Walk:
+    """One pass over the items of a text."""
+
+    def __init__(self, reader: GroundReader, figures: Figures) -> None:
+        self.reader = reader
+        self.figures = figures
+        self.reading = Reading()
+        self.clause = _Clause()
+        self.sentence = 0  # where this sentence's attachments begin
+
+    def step(self, at: int) -> int:
+        """Read what begins at an item; return the item after it."""
+        kind = self.reader.kind(at)
+        step = getattr(self, f"_on_{kind}", None)
+        if step is not None:
+            after = int(step(at))
+            if after > at:
+                return after
+        got = read_relation(self.reader, at)
+        if got is not None:
+            self._phrase(*got, at)
+            return max(got[1], at + 1)
+        return at + 1
+
+    def end_sentence(self) -> None:
+        """Settle what waits for a figure, and forget what holds within a sentence."""
+        clause = self.clause
+        if clause.pending and not clause.route:
+            for phrase in clause.pending:
+                self._give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self._respectively()
+        self.sentence = len(self.reading.attached)
+        self.clause = _Clause(figures=clause.figures, span=clause.span)
+
+    def _on_stop(self, at: int) -> int:
+        self.end_sentence()
+        return at + 1
+
+    def _on_comma(self, at: int) -> int:
+        self.clause.aside = False
+        return at + 1
+
+    def _on_and(self, at: int) -> int:
+        return at + 1
+
+    def _on_or(self, at: int) -> int:
+        return at + 1
+
+    def _on_sub(self, at: int) -> int:
+        self.clause.open = self.clause.aside = self.clause.negated = False
+        return at + 1
+
+    def _on_but(self, at: int) -> int:
+        self.clause.negated = self.clause.aside = False
+        word = str(self.reader.value(at))
+        if word in ("rather", "instead") and self.reader.items[at + 1 : at + 2]:
+            following = self.reader.words[self.reader.items[at + 1].first].low
+            if following in ("than", "of"):
+                self.clause.negated = True
+                return at + 2
+        return at + 1
+
+    def _on_neg(self, at: int) -> int:
+        if self.reader.kind(at + 1) != "only" and self.reader.value(at + 1) != "just":
+            self.clause.negated = True
+        return at + 1
+
+    def _on_be(self, at: int) -> int:
+        word = self.reader.words[self.reader.items[at].first].low
+        if word in lexicon().copula and self.clause.aside_used:
+            self.clause.aside = self.clause.aside_used = False
+        return at + 1
+
+    def _on_which(self, at: int) -> int:
+        if self.reader.kind(at - 1) == "landmark" or (
+            self.reader.kind(at - 1) == "comma" and self.reader.kind(at - 2) == "landmark"
+        ):
+            self.clause.aside, self.clause.aside_used = True, False
+        return at + 1
+
+    def _on_where(self, at: int) -> int:
+        """Read "the Dresden is where the red bike is"."""
+        place = self.clause.subject or self.reader.last_spoken()
+        figure = _skip(self.reader, at + 1, ("det", "skip", "possessive", "same"))
+        if self.reader.kind(figure) != "figure" or place is None:
+            return at + 1
+        after = _skip(self.reader, figure + 1, ("be", "skip"))
+        if after == figure + 1 or read_relation(self.reader, after) is not None:
+            return at + 1
+        self.clause.subject = None
+        self._on_figure(figure)
+        item = self.reader.items[at]
+        phrase = RelationPhrase(("at",), (place,), (item.first, item.last), item.last)
+        self._give(phrase, self.clause.figures, self.clause.span, 0.7)
+        return after
+
+    def _on_route(self, at: int) -> int:
+        before = self.reader.kind(at - 1)
+        if not self.clause.named or before in ("subject", "robot", "to", "sub", "and"):
+            self.clause.route = True
+            self.clause.pending = []
+        return at + 1
+
+    def _on_route_ing(self, at: int) -> int:
+        if not self.clause.named:
+            self.clause.route = True
+        return at + 1
+
+    def _on_see(self, at: int) -> int:
+        self.clause.route = False
+        return at + 1
+
+    def _on_landmark(self, at: int) -> int:
+        """Read a place that no cue precedes: the subject of a clause, or part of a route."""
+        ground = self.reader.landmark(at)
+        after = _skip(self.reader, at + 1, ("place", "none", "skip"))
+        if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
+            self.clause.subject = ground
+            self.clause.open = False
+            self.clause.negated = False
+        return at + 1
+
+    def _on_pronoun(self, at: int) -> int:
+        word = str(self.reader.value(at))
+        if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
+            return at + 1
+        self._refer(self.figures.last(), at)
+        return at + 1
+
+    def _on_plural(self, at: int) -> int:
+        after = _skip(self.reader, at + 1, ("det", "skip", "of", "same"))
+        if self.reader.kind(after) in ("figure",):
+            return at + 1
+        if len(self.clause.figures) > 1 and self.clause.open:
+            return at + 1
+        self._refer(self.figures.all(), at)
+        return at + 1
+
+    def _refer(self, ids: tuple[str, ...], at: int) -> None:
+        """Make objects spoken of before the subject again."""
+        if ids:
+            item = self.reader.items[at]
+            self._subject(ids, (item.first, item.last), joins=False)
+
+    def _on_figure(self, at: int) -> int:
+        item = self.reader.items[at]
+        mention: FigureMention = item.value
+        ids = self.figures.resolve(mention)
+        if not ids and mention.candidates and self.figures.open_ended:
+            target = inferred_target([self.reader.norms[item.last - 1]])
+            self.figures.infer(target)
+            ids = (target.id,)
+        if not ids:
+            self.reading.loose.append(Ground("unknown", item.first, item.last))
+        self._subject(ids, (item.first, item.last), joins=self.clause.open)
+        return at + 1
+
+    def _on_word(self, at: int) -> int:
+        """Read an object that no list of names holds: "my backpack is under the bridge"."""
+        if not self.figures.open_ended:
+            return at + 1
+        end = at
+        while self.reader.kind(end) == "word":
+            end += 1
+        onward = _skip(self.reader, end, ("skip", "none"))
+        led = self.reader.kind(at - 1) in ("det", "possessive")
+        goes_on = self.reader.kind(onward) == "be"
+        waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
+        if not (led and (goes_on or waits)) or (self.clause.named and not goes_on):
+            return end
+        span = self.reader.items[at].first, self.reader.items[end - 1].last
+        said = [w.low for w in self.reader.words[slice(*span)]]
+        target = inferred_target(said, self.reader.kind(at - 1) == "possessive")
+        self.figures.infer(target)
+        self._subject((target.id,), span, joins=self.clause.open)
+        return end
+
+    def _subject(self, ids: tuple[str, ...], span: tuple[int, int], joins: bool) -> None:
+        """Make objects the subject, and give them what was said before they were named."""
+        clause = self.clause
+        if joins and clause.figures:
+            ids = tuple(dict.fromkeys((*clause.figures, *ids)))
+            span = clause.span[0], span[1]
+        waiting, clause.pending = clause.pending, []
+        if not clause.route:
+            for phrase in waiting:
+                self._give(phrase, ids, span, 0.9)
+        self.figures.spoke_of(ids)
+        clause.figures, clause.span = ids, span
+        clause.named, clause.open, clause.route = True, True, False
+        clause.subject, clause.negated, clause.aside = None, False, False
+
+    def _phrase(self, phrase: RelationPhrase, after: int, at: int) -> None:
+        """Decide whose relation a phrase is."""
+        clause = self.clause
+        if not phrase.relations:
+            return
+        if clause.negated:
+            phrase = replace(phrase, negated=not phrase.negated)
+            if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
+                clause.negated = False
+        if not phrase.grounds:
+            back = self._left_out(phrase)
+            if back is None:
+                return
+            phrase = back
+        clause.open = False
+        if clause.aside or clause.route:
+            clause.aside_used = clause.aside
+            return
+        about = phrase.grounds[0]
+        if clause.subject is not None:
+            if about.kind == "figure":
+                self._converse(phrase, clause.subject)
+            return
+        if self._leads_on(at, after):
+            clause.pending.append(phrase)
+        elif clause.named:
+            self._give(phrase, clause.figures, clause.span, 1.0)
+        else:
+            clause.pending.append(phrase)
+
+    def _leads_on(self, at: int, after: int) -> bool:
+        """Whether a phrase begins a clause whose subject follows: "and behind X is the car"."""
+        if not self.clause.named or self.reader.kind(at - 1) not in (
+            "and", "comma", "sub", "but", "skip", "or",
+        ):  # fmt: skip
+            return bool(self.clause.pending)
+        end = after
+        for _ in range(4):
+            be = _skip(self.reader, end, ("be", "see", "subject", "pronoun", "robot", "route"))
+            if be > end:
+                subject = _skip(self.reader, be, ("det", "skip", "possessive", "same"))
+                return self.reader.kind(subject) == "figure"
+            spoken = len(self.reader.spoken)
+            got = read_relation(self.reader, _skip(self.reader, end, ("and", "comma", "skip")))
+            del self.reader.spoken[spoken:]
+            if got is None or not got[0].grounds:
+                return False
+            end = got[1]
+        return False
+
+    def _left_out(self, phrase: RelationPhrase) -> RelationPhrase | None:
+        """Return a phrase without ground ("on the right side") with the place meant, if any."""
+        clause, said = self.clause, phrase.relations
+        given = [a for a in self.reading.attached[self.sentence :] if a.figures == clause.figures]
+        spoken = self.reader.last_spoken()
+        sided = said[0] in (*_INVERSE, "middle", "side") or len(said) > 1
+        if spoken is None or not sided or not (given or clause.pending):
+            if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
+                self.reading.loose.append(Ground("cue", *phrase.cue))
+            return None
+        return replace(phrase, grounds=(replace(spoken, confidence=0.7),), joint=False)
+
+    def _converse(self, phrase: RelationPhrase, place: Ground) -> None:
+        """Turn "the Dresden is west of the car" round."""
+        relations = tuple(_INVERSE[r] for r in phrase.relations if r in _INVERSE)
+        for ground in phrase.grounds:
+            ids = self.figures.known(ground.ids)
+            if ids and relations:
+                turned = replace(phrase, relations=relations, grounds=(place,), joint=False)
+                self.figures.spoke_of(ids)
+                self._give(turned, ids, (ground.first, ground.last), 0.8)
+
+    def _give(
+        self,
+        phrase: RelationPhrase,
+        ids: tuple[str, ...],
+        span: tuple[int, int],
+        confidence: float,
+    ) -> None:
+        """Attach a phrase, or report it when it has no figure or no ground."""
+        if not ids:
+            self.reading.loose.append(Ground("cue", *phrase.cue))
+            return
+        known = tuple(g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids)
+        self.reading.loose += [g for g in phrase.grounds if g not in known]
+        if known:
+            told = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
+            self.reading.attached.append(Attached(ids, span, told, confidence))
+
+    def _respectively(self) -> None:
+        """Deal places out to objects in order where a sentence says "respectively"."""
+        told = self.reading.attached[self.sentence :]
+        said = range(0)
+        if told:
+            said = range(told[0].span[0], min(len(self.reader.words), told[-1].phrase.last + 3))
+        if not any(self.reader.words[k].low == "respectively" for k in said):
+            return
+        dealt: list[Attached] = []
+        for one in told:
+            if len(one.figures) == len(one.phrase.grounds) and len(one.figures) > 1:
+                dealt += [
+                    replace(
+                        one, figures=(f,), phrase=replace(one.phrase, grounds=(g,), joint=False)
+                    )
+                    for f, g in zip(one.figures, one.phrase.grounds, strict=True)
+                ]
+            else:
+                dealt.append(one)
+        same = [d for d in dealt if len(d.figures) > 1]
+        if len(same) == len(told) == len(told[0].figures):
+            dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
+        self.reading.attached[self.sentence :] = dealt
+
+
+def _skip(reader: GroundReader, at: int, kinds: Sequence[str]) -> int:
+    """Return the first position from `at` on whose item is of none of the kinds."""
+    while reader.kind(at) in kinds:
+        at += 1
+    return at

@@ -1,0 +1,210 @@
+"""Read what a relation is about: a named place, a kind of place, "it", "you", "the map"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Item
+from sloop_ppl.language.linking import LandmarkMention
+from sloop_ppl.language.nearest import nearest_landmarks
+from sloop_ppl.language.places import PlaceIndex
+from sloop_ppl.language.words import Word
+
+__all__ = ["WHOLE_MAP", "Ground", "GroundReader"]
+
+WHOLE_MAP = "Map"
+"""Id of the ground of "the top left of the map"; used where the map holds it."""
+
+_LONGEST_NAME = 8
+_VAGUE = ("building", "street", "parking lot", "square", "water")
+_INTO = ("of", "to", "houses", "from")
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """What a relation is about.
+
+    Parameters
+    ----------
+    kind : ``landmark``, ``figure``, ``robot``, ``map`` or ``unknown``.
+    first, last : half-open range of words.
+    ids : id of the landmark, or ids of the figures; empty when unknown.
+    candidates : ids of the landmarks that come nearest.
+    confidence : how sure the link is, in [0, 1].
+    """
+
+    kind: str
+    first: int
+    last: int
+    ids: tuple[str, ...] = ()
+    candidates: tuple[str, ...] = ()
+    confidence: float = 1.0
+
+
+@dataclass
+class GroundReader:
+    """Reads grounds in surface order and remembers the places that were spoken of.
+
+    Parameters
+    ----------
+    words, norms, items : the text, as it stands and with its spelling mended.
+    places : the map's places by name and kind.
+    chosen : landmark mention -> position of the landmark it stands for.
+    """
+
+    words: Sequence[Word]
+    norms: Sequence[str]
+    items: Sequence[Item]
+    places: PlaceIndex
+    chosen: dict[int, int]
+    spoken: list[Ground] = field(default_factory=list)
+
+    def kind(self, at: int) -> str:
+        """Return the kind of the item at a position, ``"end"`` past the last one."""
+        return self.items[at].kind if 0 <= at < len(self.items) else "end"
+
+    def value(self, at: int) -> object:
+        """Return the value of the item at a position."""
+        return self.items[at].value if 0 <= at < len(self.items) else None
+
+    def read(self, at: int) -> tuple[Ground, int] | None:
+        """Return the ground that begins at an item, and the item after it; None if none does."""
+        start = at
+        definite = pointing = False
+        while self.kind(at) in ("det", "skip", "possessive", "only", "same", "none"):
+            pointing = pointing or self.kind(at) == "same"
+            definite = definite or self.items[at].value == "the" or pointing
+            at += 1
+        kind = self.kind(at)
+        if kind == "which" and self.kind(at + 1) in ("place", "figure"):
+            pointing, at = True, at + 1
+            kind = self.kind(at)
+        if kind == "landmark":
+            return self._landmark(at)
+        if kind in ("pronoun", "plural") and self.items[at].value not in ("its", "both"):
+            return self._back(at), at + 1
+        if kind == "robot" and self.kind(at + 1) == "landmark":
+            return self._landmark(at + 1)
+        if kind == "robot":
+            return Ground("robot", self.items[start].first, self.items[at].last), at + 1
+        if kind == "map":
+            return Ground("map", self.items[at].first, self.items[at].last, (WHOLE_MAP,)), at + 1
+        if kind == "figure":
+            mention: FigureMention = self.items[at].value
+            item = self.items[at]
+            return Ground("figure", item.first, item.last, mention.candidates), at + 1
+        if kind == "place":
+            return self._place(start, at, definite, pointing)
+        if pointing and kind in ("end", "comma", "stop", "and"):
+            back = self.last_spoken()
+            return (back, at) if back is not None else None
+        if kind == "word":
+            return self._unknown(at)
+        return None
+
+    def landmark(self, at: int) -> Ground:
+        """Return the landmark that the item at a position names, and remember it."""
+        item = self.items[at]
+        mention: LandmarkMention = item.value
+        position = self.chosen.get(item.first, mention.candidates[0])
+        sure = mention.score / len(mention.candidates)
+        ground = Ground(
+            "landmark",
+            item.first,
+            item.last,
+            (self.places.id(position),),
+            tuple(self.places.id(c) for c in (*mention.candidates, *mention.rivals)[:3]),
+            round(min(1.0, 0.5 + 0.5 * sure), 3),
+        )
+        self.spoken.append(ground)
+        return ground
+
+    def _landmark(self, at: int) -> tuple[Ground, int]:
+        ground = self.landmark(at)
+        after = at + 1
+        while self.kind(after) in ("place", "junction", "none") and not (
+            self.kind(after + 1) == "of" or self.kind(after + 1) == "figure"
+        ):
+            after += 1
+        return ground, after
+
+    def _back(self, at: int) -> Ground:
+        """Return the place that "it" or "there" points back to."""
+        item = self.items[at]
+        last = self.last_spoken()
+        if last is None:
+            return Ground("unknown", item.first, item.last)
+        return Ground("landmark", item.first, item.last, last.ids, confidence=0.8)
+
+    def last_spoken(self) -> Ground | None:
+        """Return the place spoken of last."""
+        return self.spoken[-1] if self.spoken else None
+
+    def _place(self, start: int, at: int, definite: bool, pointing: bool) -> tuple[Ground, int]:
+        """Return the ground that a kind of place stands for."""
+        item = self.items[at]
+        after = at + 1
+        while self.kind(after) == "place":
+            item, after = self.items[after], after + 1
+        if self.kind(after) == "landmark" and not pointing:
+            return self._landmark(after)
+        if self.kind(after) == "word" and self.words[item.last].text[:1].isupper():
+            return self._unknown(at)
+        inner = self._inside(after)
+        if inner is not None:
+            return inner
+        first, last = self.items[start].first, item.last
+        matching = self.places.of_kind(str(item.value))
+        if pointing or (definite and (item.value not in _VAGUE or self._sided(start))):
+            for ground in reversed(self.spoken):
+                if ground.ids[0] in matching:
+                    return Ground("landmark", first, last, ground.ids, confidence=0.8), after
+        best = self.places.best_of_kind(str(item.value), self._norms(item))
+        if len(best) == 1 and not pointing:
+            ground = Ground("landmark", first, last, best, confidence=0.8)
+            self.spoken.append(ground)
+            return ground, after
+        if pointing and self.spoken:
+            return Ground("landmark", first, last, self.spoken[-1].ids, confidence=0.5), after
+        return Ground("unknown", first, last, (), (best or matching)[:3]), after
+
+    def _sided(self, at: int) -> bool:
+        """Whether "side of" (or another part) stands before: "the left side of the street"."""
+        return self.kind(at - 1) == "of" and self.kind(at - 2) in ("part", "dir")
+
+    def _inside(self, at: int) -> tuple[Ground, int] | None:
+        """Return the named ground in "... of the Dresden", "... that houses Rumor"."""
+        if self.kind(at) == "which" and self.kind(at + 1) == "houses":
+            at += 1
+        if self.kind(at) not in _INTO:
+            return None
+        onward = at + 1
+        while self.kind(onward) in ("det", "skip", "same", "none"):
+            onward += 1
+        if self.kind(onward) == "landmark":
+            return self._landmark(onward)
+        if self.kind(onward) in ("place", "pronoun", "word"):
+            ground = self.read(at + 1)
+            if ground is not None and ground[0].kind == "landmark":
+                return ground
+        return None
+
+    def _unknown(self, at: int) -> tuple[Ground, int]:
+        """Return a noun phrase that is no known place, or the known place inside it."""
+        first = at
+        while self.kind(at) in ("word", "place", "none", "part") and at - first < _LONGEST_NAME:
+            at += 1
+        if self.kind(at) == "landmark":
+            return self._landmark(at)
+        inner = self._inside(at)
+        if inner is not None:
+            return inner
+        span = self.items[first].first, self.items[at - 1].last
+        said = " ".join(w.low for w in self.words[span[0] : span[1]])
+        near = nearest_landmarks(said, self.places.index)
+        return Ground("unknown", *span, (), near), at
+
+    def _norms(self, item: Item) -> tuple[str, ...]:
+        return tuple(w.low for w in self.words[item.first : item.last])

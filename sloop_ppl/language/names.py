@@ -1,0 +1,212 @@
+"""Know a map's names: their words, how much each word tells, and which words look alike."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from functools import lru_cache
+
+from rapidfuzz import process
+from rapidfuzz.distance import OSA
+
+from sloop_ppl.language.lexicon import camel_words, lexicon
+from sloop_ppl.language.words import split_words
+from sloop_ppl.maps import CityMap, Landmark
+
+__all__ = ["Hit", "Name", "NameIndex", "canonical", "name_index"]
+
+_STREET_KINDS = ("street", "service", "pedestrian")
+_STREET_TYPES = frozenset(("street", "avenue", "road", "lane", "drive", "boulevard", "way"))
+_SIMILAR = 0.66
+_CACHE = 20000
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """One name of one landmark, as words.
+
+    Parameters
+    ----------
+    landmark : position of the landmark in the map.
+    tokens : canonical words.
+    weights : how much each word tells, in (0, 1].
+    telling : whether each word alone can give the landmark away.
+    total : sum of the weights.
+    """
+
+    landmark: int
+    tokens: tuple[str, ...]
+    weights: tuple[float, ...]
+    telling: tuple[bool, ...]
+    total: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """A word of text that may stand for the words `first` to `last` (excluded) of a name."""
+
+    name: int
+    first: int
+    last: int
+    similarity: float
+
+
+@lru_cache(maxsize=16384)
+def canonical(low: str) -> str:
+    """Return the form in which a folded word is compared: no ending, no abbreviation.
+
+    Examples
+    --------
+    >>> [canonical(w) for w in ("ave", "sixth", "apartments", "oblio's")]
+    ['avenue', '6th', 'apartment', 'oblio']
+    """
+    words = lexicon()
+    word = low[:-2] if low.endswith("'s") else low
+    word = word.replace("'", "")
+    word = words.abbreviations.get(word, words.ordinals.get(word, word))
+    if len(word) > 3 and word.endswith("s") and not word.endswith("ss"):
+        word = word[:-1]
+    return words.abbreviations.get(word, word)
+
+
+class NameIndex:
+    """The names of one map, ready for looking words up.
+
+    Parameters
+    ----------
+    city : the map; landmarks without a name are found by kind only.
+    """
+
+    def __init__(self, city: CityMap) -> None:
+        self.landmarks: tuple[Landmark, ...] = city.landmarks
+        told = _named_tokens(city)
+        count = Counter(t for _, t in {(i, t) for i, tokens in told for t in tokens})
+        self.names = [_name(i, tokens, count) for i, tokens in told]
+        self.vocabulary: dict[str, list[Hit]] = {}
+        self.joined: dict[str, list[Hit]] = {}
+        for n, name in enumerate(self.names):
+            for p, token in enumerate(name.tokens):
+                self.vocabulary.setdefault(token, []).append(Hit(n, p, p + 1, 1.0))
+                for q in range(p + 2, min(p + 5, len(name.tokens) + 1)):
+                    run = "".join(name.tokens[p:q])
+                    self.joined.setdefault(run, []).append(Hit(n, p, q, 1.0))
+        words = lexicon()
+        unlike = words.compass | words.stop
+        self._alike = [
+            t for t in self.vocabulary if len(t) > 3 and t not in unlike and not _digits(t)
+        ]
+        self._hits: dict[str, tuple[Hit, ...]] = {}
+        self.junction_names = self._junction_names()
+
+    def hits(self, low: str) -> tuple[Hit, ...]:
+        """Return every place in a name that this folded word may stand for."""
+        found = self._hits.get(low)
+        if found is None:
+            if len(self._hits) > _CACHE:
+                self._hits.clear()
+            found = self._hits[low] = self._look_up(low)
+        return found
+
+    def _look_up(self, low: str) -> tuple[Hit, ...]:
+        token = canonical(low)
+        hits = list(self.vocabulary.get(token, ()))
+        if low == "st":
+            hits += self.vocabulary.get("saint", ())
+        hits += self.joined.get(token, ()) or self.joined.get(low, ())
+        if hits or len(token) < 4 or _digits(token) or not token.isalpha():
+            return tuple(hits)
+        words = lexicon()
+        known = low in words.closed and low not in words.colours
+        if known or low in words.plain or token in words.compass:
+            return ()
+        near = process.extract(
+            token, self._alike, scorer=OSA.normalized_similarity, score_cutoff=_SIMILAR, limit=8
+        )
+        if not near:
+            return ()
+        rival = process.extractOne(
+            low, words.closed, scorer=OSA.normalized_similarity, score_cutoff=near[0][1] + 1e-9
+        )
+        if rival is not None and rival[1] > near[0][1] and OSA.distance(low, rival[0]) == 1:
+            return ()
+        return tuple(
+            Hit(h.name, h.first, h.last, similarity)
+            for other, similarity, _ in near
+            for h in self.vocabulary[other]
+        )
+
+    def _junction_names(self) -> frozenset[int]:
+        """Return the landmarks named after the streets that meet there, as bus stops are."""
+        streets = {
+            token
+            for name in self.names
+            if self.landmarks[name.landmark].kind in _STREET_KINDS
+            for token, telling in zip(name.tokens, name.telling, strict=True)
+            if telling
+        }
+        found = set()
+        for name in self.names:
+            landmark = self.landmarks[name.landmark]
+            told = [t for t, telling in zip(name.tokens, name.telling, strict=True) if telling]
+            joined = re.search(r"[&+/]| and ", landmark.name or "")
+            if landmark.kind == "poi" and joined and len(told) > 1 and streets.issuperset(told):
+                found.add(name.landmark)
+        return frozenset(found)
+
+
+def name_index(city: CityMap) -> NameIndex:
+    """Return the (cached) index of a map's names."""
+    found = _INDICES.get(city.digest)
+    if found is None:
+        if len(_INDICES) >= 16:
+            _INDICES.clear()
+        found = _INDICES[city.digest] = NameIndex(city)
+    return found
+
+
+_INDICES: dict[str, NameIndex] = {}
+
+
+def _digits(token: str) -> bool:
+    return any(c.isdigit() for c in token)
+
+
+def _named_tokens(city: CityMap) -> list[tuple[int, tuple[str, ...]]]:
+    """Return the distinct names of every landmark as canonical words."""
+    told: dict[tuple[int, tuple[str, ...]], None] = {}
+    for i, landmark in enumerate(city.landmarks):
+        for name in (landmark.name, *landmark.aliases):
+            if name:
+                told[i, _tokens(name)] = None
+        symbol = landmark.id.rsplit("/", 1)[-1]
+        if landmark.name and symbol.isalpha():
+            spelt = _tokens(" ".join(camel_words(symbol)))
+            if all("".join(spelt) != "".join(tokens) for j, tokens in told if j == i):
+                told[i, spelt] = None
+    return [(i, tokens) for i, tokens in told if tokens]
+
+
+def _tokens(name: str) -> tuple[str, ...]:
+    words = [w.low for w in split_words(name) if w.kind != "mark" or w.low in "&+"]
+    tokens = [canonical(w) for w in words]
+    if len(words) > 1 and words[0] == "st":
+        tokens[0] = "saint"
+    return tuple(tokens)
+
+
+def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
+    words = lexicon()
+    weights, telling = [], []
+    for token in tokens:
+        light = token in words.stop or token in words.generic or token in words.compass
+        telling.append(not light)
+        if token in words.stop:
+            weights.append(0.1)
+        elif token in words.compass:
+            weights.append(0.35)
+        elif light:
+            weights.append(0.2 if token in _STREET_TYPES else 0.25)
+        else:
+            weights.append(max(0.8, 1.1 - 0.1 * count[token]))
+    return Name(landmark, tokens, tuple(weights), tuple(telling), sum(weights))

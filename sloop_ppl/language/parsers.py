@@ -1,0 +1,99 @@
+"""The parsers by name, and the one call that reads a text with any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.language.targets import check_targets
+from sloop_ppl.language.values import Description, TargetObject
+from sloop_ppl.maps import CityMap
+from sloop_ppl.registry import Registry
+
+__all__ = ["PARSERS", "Parser", "list_parsers", "parse"]
+
+
+class Parser(Protocol):
+    """Anything that reads a text on a map: rules, a trained parser, a language model."""
+
+    def __call__(
+        self, text: str, city: CityMap, targets: Sequence[TargetObject] | None
+    ) -> Description:
+        """Return what `text` says.
+
+        Parameters
+        ----------
+        text : any text.
+        city : the map; grounds are ids of its landmarks.
+        targets : the objects it can speak of; None for the default ones and any others.
+        """
+        ...
+
+
+PARSERS: Registry[Parser] = Registry("parser")
+"""Parsers by name; add your own with ``PARSERS.add(name, parser)``."""
+
+
+def list_parsers() -> list[str]:
+    """Return the names of the registered parsers.
+
+    Examples
+    --------
+    >>> "rules" in list_parsers()
+    True
+    """
+    return list(PARSERS)
+
+
+def parse(
+    text: str,
+    city: CityMap,
+    targets: Sequence[TargetObject] | None = None,
+    parser: str | Parser = "rules",
+) -> Description:
+    """Read what a text says about where objects are on a map.
+
+    Parameters
+    ----------
+    text : what a person says.
+    city : the map it speaks of.
+    targets : the objects that it can speak of; None for GreenToyota, RedHonda and RedBike, and
+        for any other object the text names.
+    parser : name of a registered parser, or a parser.
+
+    Returns
+    -------
+    Description
+        Relations with character spans, and what was not understood. A text in which nothing is
+        understood gives a description without relations.
+
+    Raises
+    ------
+    UnknownName : when no parser has this name.
+    InputError : when `text` is not a string.
+    DescriptionError : when two targets share an id.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> said = parse("The green toyota is behind velvet dog", load_map("cleveland"))
+    >>> [(r.figure, r.relation, r.ground) for r in said.relations]
+    [('GreenToyota', 'behind', 'VelvetDog')]
+    """
+    read = PARSERS[parser] if isinstance(parser, str) else parser
+    if not isinstance(text, str):
+        raise InputError(f"The text is a {type(text).__name__}; expected a string")
+    if targets is not None:
+        targets = tuple(targets)
+        check_targets(targets)
+    return read(text, city, targets)
+
+
+def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> Description:
+    from sloop_ppl.language.pipeline import read_rules
+
+    return read_rules(text, city, targets)
+
+
+PARSERS.add("rules", _rules)

@@ -1,0 +1,331 @@
+"""Read one relation phrase: "about 50 feet west of", "at the corner of A and B", "on the left"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.items import Cue
+from sloop_ppl.language.vocabulary import RELATIONS
+
+__all__ = ["RelationPhrase", "read_relation"]
+
+_MAP_SIDES = {"top": "north", "below": "south", "left": "west", "right": "east",
+              "up": "north", "down": "south", "above": "north"}  # fmt: skip
+_MOST_GROUNDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class RelationPhrase:
+    """One or several relations to the same grounds.
+
+    Parameters
+    ----------
+    relations : canonical relations, at least one unless only a ground was understood.
+    grounds : what they are about; for `joint` relations all at once.
+    joint : whether the grounds belong to one relation (between, corner).
+    negated : whether the phrase is denied.
+    distance_m : the distance that was said.
+    cue : half-open range of words of the cue.
+    last : word after the phrase.
+    """
+
+    relations: tuple[str, ...]
+    grounds: tuple[Ground, ...]
+    cue: tuple[int, int]
+    last: int
+    joint: bool = False
+    negated: bool = False
+    distance_m: float | None = None
+
+
+def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] | None:
+    """Return the relation phrase that begins at an item and the item after it, else None.
+
+    Parameters
+    ----------
+    reader : the text's items and the places spoken of so far.
+    at : position of the first item; a distance may come first.
+    """
+    start, distance = at, None
+    while reader.kind(at) == "skip":
+        at += 1
+    if reader.kind(at) == "distance":
+        distance = float(reader.items[at].value)
+        at += 1
+        while reader.kind(at) == "skip":
+            at += 1
+        if reader.kind(at) == "cue" and reader.items[at].value.relation in ("within",):
+            at += 1
+    elif reader.kind(at) == "cue" and reader.kind(_past_skips(reader, at + 1)) == "distance":
+        inner = read_relation(reader, _past_skips(reader, at + 1))
+        if inner is not None and reader.items[at].value.relation in ("within", "at", "in", "near"):
+            return replace(inner[0], cue=(reader.items[at].first, inner[0].cue[1])), inner[1]
+    found = _head(reader, at, distance is not None)
+    if found is None:
+        return None
+    phrase, after = found
+    if distance is not None:
+        phrase = replace(phrase, distance_m=round(distance, 3))
+        phrase = replace(phrase, cue=(reader.items[start].first, phrase.cue[1]))
+    return phrase, after
+
+
+def _past_skips(reader: GroundReader, at: int) -> int:
+    while reader.kind(at) == "skip":
+        at += 1
+    return at
+
+
+def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase, int] | None:
+    """Read the part after a distance."""
+    kind = reader.kind(at)
+    first = reader.items[at].first if kind != "end" else 0
+    if kind == "from" and measured:
+        return _simple(reader, at, at + 1, "near")
+    if kind in ("to", "from"):
+        onward = _past_leads(reader, at + 1)
+        return _direction(reader, onward, first, None) if reader.kind(onward) == "dir" else None
+    if kind == "dir":
+        return _direction(reader, at, first, None)
+    if kind == "junction":
+        return _junction(reader, at, first, ("at",))
+    if kind != "cue":
+        return None
+    cue: Cue = reader.items[at].value
+    onward = _past_leads(reader, at + 1)
+    ahead = reader.kind(onward)
+    if ahead == "robot" and reader.kind(_past_leads(reader, onward + 1)) == "dir":
+        ahead, onward = "dir", _past_leads(reader, onward + 1)
+    if ahead == "dir":
+        return _direction(reader, onward, first, cue)
+    if ahead == "junction":
+        return _junction(reader, onward, first, (cue.relation,), cue.negated)
+    if RELATIONS[cue.relation] == "between":
+        return _between(reader, at)
+    return _simple(reader, at, at + 1, cue.relation, cue.negated)
+
+
+def _past_leads(reader: GroundReader, at: int) -> int:
+    """Return the position after articles, intensifiers and "my": where a direction may stand."""
+    while reader.kind(at) in ("det", "skip", "possessive", "none"):
+        at += 1
+    return at
+
+
+def _simple(
+    reader: GroundReader, at: int, onward: int, relation: str, negated: bool = False
+) -> tuple[RelationPhrase, int] | None:
+    """Read a cue and its grounds, each of which makes a relation of its own."""
+    item = reader.items[at]
+    cue = item.first, item.last
+    got = reader.read(onward)
+    if got is None:
+        return RelationPhrase((relation,), (), cue, item.last, negated=negated), onward
+    ground, after = got
+    if ground.kind == "landmark":
+        sided = _own_side(reader, after)
+        if sided is not None:
+            directions, past = sided
+            phrase = RelationPhrase(directions, (ground,), cue, ground.last, negated=negated)
+            return phrase, past
+        if reader.kind(after) == "part":
+            after += 1
+            if reader.kind(after) == "of":
+                other = reader.read(after + 1)
+                after = other[1] if other is not None else after + 1
+        if reader.kind(after) == "junction" and reader.kind(after + 1) != "of":
+            after += 1
+    grounds, after, corner = _more(reader, ground, after)
+    phrase = RelationPhrase(
+        (relation,), grounds, cue, grounds[-1].last, joint=corner, negated=negated
+    )
+    return phrase, after
+
+
+def _own_side(reader: GroundReader, at: int) -> tuple[tuple[str, ...], int] | None:
+    """Read "'s north side" after a ground."""
+    word = reader.words[reader.items[at - 1].last - 1].low if at else ""
+    if reader.kind(at) != "dir" or not word.endswith("'s"):
+        return None
+    directions = tuple(reader.items[at].value)
+    at += 1
+    while reader.kind(at) in ("part", "junction"):
+        at += 1
+    return directions, at
+
+
+def _more(reader: GroundReader, ground: Ground, at: int) -> tuple[tuple[Ground, ...], int, bool]:
+    """Read further grounds after "and" or a comma; tell whether a corner of them was meant."""
+    grounds = [ground]
+    while len(grounds) < _MOST_GROUNDS and ground.kind == "landmark":
+        onward = at
+        while reader.kind(onward) in ("comma", "and", "or", "skip", "none"):
+            onward += 1
+        if onward == at or all(reader.kind(k) in ("skip", "none") for k in range(at, onward)):
+            break
+        after = _past_leads(reader, onward)
+        if reader.kind(after) != "landmark" or _is_subject(reader, after + 1):
+            break
+        if reader.kind(onward - 1) == "comma" and not _listed(reader, after):
+            break
+        ground, at = reader.read(after) or (ground, at)
+        grounds.append(ground)
+    corner = False
+    if len(grounds) > 1 and reader.kind(at) == "junction" and reader.kind(at + 1) != "of":
+        corner, at = True, at + 1
+    return tuple(grounds), at, corner
+
+
+def _is_subject(reader: GroundReader, at: int) -> bool:
+    """Whether the place before an item begins a clause of its own ("and the Dresden is ...")."""
+    while reader.kind(at) in ("skip", "none", "place"):
+        at += 1
+    if reader.kind(at) == "neg":
+        return True
+    if reader.kind(at) != "be":
+        return False
+    onward = at + 1
+    while reader.kind(onward) in ("be", "skip", "det", "possessive", "same"):
+        onward += 1
+    return reader.kind(onward) != "figure"
+
+
+def _listed(reader: GroundReader, at: int) -> bool:
+    """Whether a place after a comma goes on a list, or is an address ("Ivy, West 6th Street")."""
+    return reader.kind(at + 1) in ("and", "or", "comma", "stop", "end")
+
+
+def _between(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] | None:
+    """Read "between A and B (and C)": one relation with all grounds."""
+    item = reader.items[at]
+    cue = item.first, item.last
+    grounds, after = _all_of(reader, at + 1)
+    if not grounds:
+        return RelationPhrase(("between",), (), cue, item.last), at + 1
+    return RelationPhrase(("between",), grounds, cue, grounds[-1].last, joint=True), after
+
+
+def _all_of(reader: GroundReader, at: int) -> tuple[tuple[Ground, ...], int]:
+    """Return the grounds of a list that belongs together: at least two if they can be found."""
+    grounds: list[Ground] = []
+    onward = at
+    while len(grounds) < _MOST_GROUNDS:
+        got = reader.read(onward)
+        if got is None:
+            break
+        ground, after = got
+        if len(grounds) > 1 and (ground.kind != "landmark" or _is_subject(reader, after)):
+            break
+        if grounds and ground.kind == "figure" and _figure_goes_on(reader, after):
+            break
+        grounds.append(ground)
+        at = after
+        if reader.kind(at) == "junction" and reader.kind(at + 1) != "of":
+            at += 1
+        onward = at
+        while reader.kind(onward) in ("comma", "and", "or", "skip", "none"):
+            onward += 1
+        if onward == at:
+            break
+        if len(grounds) > 1 and not any(reader.kind(k) in ("and", "or") for k in range(at, onward)):
+            break
+        if reader.kind(onward) in ("cue", "to", "from", "dir"):
+            break
+    return tuple(grounds), at
+
+
+def _figure_goes_on(reader: GroundReader, at: int) -> bool:
+    return reader.kind(at) in ("be", "cue", "neg")
+
+
+def _junction(
+    reader: GroundReader, at: int, first: int, relations: tuple[str, ...], negated: bool = False
+) -> tuple[RelationPhrase, int]:
+    """Read "corner of A and B"; without grounds the streets spoken of last are meant."""
+    cue = first, reader.items[at].last
+    onward = at + 1
+    while reader.kind(onward) in ("of", "skip", "where", "houses", "junction", "from") or (
+        reader.kind(onward) == "cue"
+        and reader.items[onward].value.relation in ("between", "on", "at", "in")
+    ):
+        onward += 1
+    grounds, after = _all_of(reader, onward)
+    if not grounds:
+        return RelationPhrase(relations, (), cue, cue[1], negated=negated), at + 1
+    joint = len(grounds) > 1
+    phrase = RelationPhrase(relations, grounds, cue, grounds[-1].last, joint=joint, negated=negated)
+    return phrase, after
+
+
+def _direction(
+    reader: GroundReader, at: int, first: int, cue: Cue | None
+) -> tuple[RelationPhrase, int] | None:
+    """Read "north of", "on the upper left corner of", "to its left", "on the right side"."""
+    if cue is not None and cue.relation == "towards":
+        return RelationPhrase((), (), (first, first), reader.items[at].last), at + 1
+    directions = tuple(reader.items[at].value)
+    own = _owner(reader, at - 1) if first < reader.items[at].first else ""
+    onward = at + 1
+    corner = part = False
+    while reader.kind(onward) in ("part", "junction", "skip", "none", "dir"):
+        if reader.kind(onward) == "dir":
+            directions += tuple(reader.items[onward].value)
+        corner = corner or reader.kind(onward) == "junction"
+        part = part or reader.kind(onward) in ("part", "junction")
+        onward += 1
+    near = cue is not None and part and RELATIONS[cue.relation] == "proximity"
+    span = first, reader.items[onward - 1].last
+    negated = cue is not None and cue.negated
+    if own == "robot":
+        robot = Ground("robot", *span)
+        return RelationPhrase(directions, (robot,), span, span[1]), onward
+    if own == "it":
+        got = reader.read(at - 1) if reader.items[at - 1].value == "it" else None
+        back = got[0] if got else reader.last_spoken()
+        owners = (back,) if back is not None else ()
+        return RelationPhrase(directions, owners, span, span[1]), onward
+    linked = reader.kind(onward) in ("of", "from") or (reader.kind(onward) == "to" and not part)
+    if linked:
+        onward += 1
+        nested = _past_leads(reader, onward)
+        if reader.kind(nested) == "junction":
+            return _junction(reader, nested, first, directions, negated)
+    direct = reader.kind(_past_leads(reader, onward)) == "landmark" and not part
+    if not (linked or direct):
+        return RelationPhrase(directions, (), span, span[1], negated=negated), onward
+    grounds: tuple[Ground, ...] = ()
+    after = onward
+    if corner:
+        grounds, after = _all_of(reader, onward)
+    if not grounds:
+        got = reader.read(onward)
+        if got is None:
+            return RelationPhrase(directions, (), span, span[1], negated=negated), onward
+        grounds, after, _ = _more(reader, got[0], got[1])
+    if grounds[0].kind == "map":
+        directions = _map_sides(directions)
+    crossing = corner and len(grounds) > 1
+    if cue is not None and (near or crossing):
+        directions = (cue.relation, *directions)
+    phrase = RelationPhrase(directions, grounds, span, grounds[-1].last, crossing, negated)
+    return phrase, after
+
+
+def _map_sides(directions: tuple[str, ...]) -> tuple[str, ...]:
+    """Return compass words for the sides of the map: its top is north."""
+    compass = [_MAP_SIDES.get(d, d) for d in directions]
+    if len(compass) == 2 and compass[0] in ("north", "south") and compass[1] in ("east", "west"):
+        return (compass[0] + compass[1],)
+    return tuple(compass)
+
+
+def _owner(reader: GroundReader, at: int) -> str:
+    """Return whose side it is: the robot's ("your left"), a place's ("its left"), or nobody's."""
+    while reader.kind(at) in ("skip", "none"):
+        at -= 1
+    if reader.kind(at) == "robot":
+        return "robot"
+    if reader.kind(at) == "det" and reader.items[at].value in ("its", "their"):
+        return "it"
+    return ""

@@ -1,0 +1,187 @@
+"""Read a text on a map: the rule parser's steps, from words to a `Description`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from sloop_ppl.language.attachment import Attached, Reading, attach
+from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.figures import FigureFinder, FigureMention
+from sloop_ppl.language.grounds import WHOLE_MAP, Ground, GroundReader
+from sloop_ppl.language.items import Item, place_phrases, read_items
+from sloop_ppl.language.linking import LandmarkMention, link_landmarks
+from sloop_ppl.language.nearest import nearest_landmarks
+from sloop_ppl.language.places import PlaceIndex
+from sloop_ppl.language.spelling import mend, split_run_ons
+from sloop_ppl.language.targets import DEFAULT_TARGETS
+from sloop_ppl.language.values import (
+    Description,
+    RelationSpans,
+    SpatialRelation,
+    TargetObject,
+    Unresolved,
+)
+from sloop_ppl.language.words import Word, split_words
+from sloop_ppl.maps import CityMap
+
+__all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
+
+
+@dataclass
+class TextReading:
+    """What has been read of one text so far; each step of the pipeline fills in its part.
+
+    Parameters
+    ----------
+    text : the text.
+    city : the map.
+    words, norms : its words, and the same with their spelling mended.
+    landmarks, figures, places, items : what was recognised.
+    reading : which relation phrases locate which objects.
+    targets : the objects spoken of.
+    """
+
+    text: str
+    city: CityMap
+    places: PlaceIndex
+    finder: FigureFinder
+    words: Sequence[Word] = ()
+    norms: Sequence[str] = ()
+    landmarks: Sequence[LandmarkMention] = ()
+    figures: Sequence[FigureMention] = ()
+    kinds: Sequence[Item] = ()
+    items: Sequence[Item] = ()
+    reading: Reading = field(default_factory=Reading)
+    targets: tuple[TargetObject, ...] = ()
+    spoken: Sequence[Ground] = ()
+    description: Description | None = None
+
+
+def find_landmarks(state: TextReading) -> None:
+    """Cut the text into words and link those that name places."""
+    vocabulary = state.places.index.vocabulary
+    words = split_run_ons(split_words(state.text), vocabulary.keys() | state.finder.vocabulary)
+    state.words = words
+    state.landmarks = link_landmarks(words, state.places.index)
+
+
+def find_figures(state: TextReading) -> None:
+    """Mend the spelling of the other words and find the objects among them."""
+    taken = [False] * len(state.words)
+    for mention in state.landmarks:
+        taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
+    vocabulary = state.finder.vocabulary
+    state.norms = [
+        w.low if t or w.kind != "word" else mend(w.low, vocabulary)
+        for w, t in zip(state.words, taken, strict=True)
+    ]
+    kinds = place_phrases(state.norms, taken)
+    for kind in kinds:
+        if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
+            taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
+    state.figures = state.finder.find(state.norms, taken)
+    owned = {w for m in state.figures for w in range(m.first, m.last)}
+    state.kinds = [k for k in kinds if k.first not in owned]
+
+
+def find_cues(state: TextReading) -> None:
+    """Find relation cues, directions and the small words that hold phrases together."""
+    state.items = read_items(state.words, state.norms, state.landmarks, state.figures, state.kinds)
+
+
+def relate(state: TextReading) -> None:
+    """Attach relation phrases to objects."""
+    reader = GroundReader(state.words, state.norms, state.items, state.places, _settle(state))
+    figures = Figures(state.finder)
+    if state.finder.declared is None:
+        default = {t.id for t in DEFAULT_TARGETS}
+        for mention in state.figures:
+            for one in mention.candidates:
+                if one not in default:
+                    figures.infer(_inferred(one, mention, state))
+    state.reading = attach(reader, figures)
+    state.targets = figures.targets()
+    state.spoken = reader.spoken
+
+
+def _inferred(symbol: str, mention: FigureMention, state: TextReading) -> TargetObject:
+    said = " ".join(w.low for w in state.words[mention.first : mention.last])
+    return TargetObject(symbol, (said,))
+
+
+def _settle(state: TextReading) -> dict[int, int]:
+    """Return which landmark every mention stands for, the map spoken of most deciding ties."""
+    homes = Counter[str]()
+    for mention in state.landmarks:
+        told = {state.places.home(c) for c in mention.candidates}
+        for home in told:
+            homes[home] += 4 // len(told) if len(told) < 4 else 1
+    chosen: dict[int, int] = {}
+    for mention in state.landmarks:
+        fit = max(
+            range(len(mention.candidates)),
+            key=lambda k: (homes[state.places.home(mention.candidates[k])], -k),
+        )
+        chosen[mention.first] = mention.candidates[fit]
+    return chosen
+
+
+def to_description(state: TextReading) -> Description:
+    """Return what was read as a frozen value with character spans."""
+    relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
+    for one in state.reading.attached:
+        for relation in _relations(state, one):
+            key = relation.figure, relation.relation, relation.grounds, relation.negated
+            relations.setdefault(key, relation)
+    return Description(
+        text=state.text,
+        map=state.city.name,
+        targets=state.targets,
+        relations=tuple(relations.values()),
+        unresolved=_unresolved(state),
+    )
+
+
+def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
+    phrase = one.phrase
+    if any(g.kind == "map" for g in phrase.grounds) and WHOLE_MAP not in state.city:
+        state.reading.loose.append(Ground("unknown", phrase.cue[0], phrase.last))
+        return []
+    groups = [phrase.grounds] if phrase.joint else [(g,) for g in phrase.grounds]
+    return [
+        SpatialRelation(
+            figure=figure,
+            relation=relation,
+            grounds=tuple(g.ids[0] for g in grounds),
+            negated=phrase.negated,
+            distance_m=phrase.distance_m,
+            confidence=round(one.confidence * min(g.confidence for g in grounds), 3),
+            spans=RelationSpans(
+                _chars(state.words, *one.span),
+                _chars(state.words, *phrase.cue),
+                tuple(_chars(state.words, g.first, g.last) for g in grounds),
+            ),
+        )
+        for figure in one.figures
+        for relation in phrase.relations
+        for grounds in groups
+    ]
+
+
+def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
+    found: dict[tuple[int, int], Unresolved] = {}
+    for ground in state.reading.loose:
+        if ground.last <= ground.first:
+            continue
+        span = _chars(state.words, ground.first, ground.last)
+        candidates = ground.candidates
+        if not candidates and ground.kind == "unknown":
+            candidates = nearest_landmarks(state.text[slice(*span)], state.places.index)
+        found[span] = Unresolved(state.text[slice(*span)], span, candidates)
+    return tuple(found[s] for s in sorted(found))
+
+
+def _chars(words: Sequence[Word], first: int, last: int) -> tuple[int, int]:
+    return words[first].start, words[last - 1].end
