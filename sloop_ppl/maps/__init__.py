@@ -3,7 +3,7 @@
 from sloop_ppl.maps.bundled import bundled_maps, load_map
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.fields import LandmarkFields, landmark_fields
-from sloop_ppl.maps.files import read_map, write_map
+from sloop_ppl.maps.files import check_map_path, read_map, write_map
 from sloop_ppl.maps.find import kind_words
 from sloop_ppl.maps.frontage import Facing, Frontage
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -23,6 +23,7 @@ __all__ = [
     "Landmark",
     "LandmarkFields",
     "bundled_maps",
+    "check_map_path",
     "from_geojson",
     "kind_words",
     "landmark_fields",

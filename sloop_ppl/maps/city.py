@@ -294,7 +294,9 @@ class CityMap:
             return kept
         index = NearestIndex([self.footprint(m.id) if widened else m.geometry for m in among])
         known = among is self.landmarks or any(
-            among is value for (what, _), value in self._cache.items() if what == "kinds"
+            among is value
+            for (what, _), value in self._cache.items()
+            if what in ("kinds", "derived")
         )
         if known:
             self._cache[key] = index

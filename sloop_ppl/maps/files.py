@@ -7,11 +7,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from sloop_ppl.errors import MapError, OutputError
+from sloop_ppl.errors import InputError, MapError, OutputError
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 
-__all__ = ["read_map", "write_map"]
+__all__ = ["check_map_path", "read_map", "replace_file", "write_map"]
+
+_ENDINGS = (".geojson", ".json")
 
 
 def read_map(path: str | Path, cell_m: float | None = None) -> CityMap:
@@ -37,6 +39,26 @@ def read_map(path: str | Path, cell_m: float | None = None) -> CityMap:
     except (ValueError, RecursionError) as error:
         raise MapError(f"Map file '{path}' is not JSON: {error}") from error
     return from_geojson(data, cell_m=cell_m, source=str(path))
+
+
+def check_map_path(path: str | Path) -> Path:
+    """Return the path if a map can be written there; call it before the work.
+
+    Raises
+    ------
+    InputError : when it does not end in ``.geojson`` or ``.json``.
+    OutputError : when its folder does not exist or it is a folder.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in _ENDINGS:
+        raise InputError(f"'{path}' is no path for a map; expected one that ends in .geojson")
+    if not path.parent.is_dir():
+        raise OutputError(f"'{path}' cannot be written: folder '{path.parent}' does not exist")
+    if path.is_dir():
+        raise OutputError(f"'{path}' cannot be written: it is a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise OutputError(f"'{path}' cannot be written: folder '{path.parent}' is read-only")
+    return path
 
 
 def write_map(city: CityMap, path: str | Path) -> None:

@@ -55,7 +55,7 @@ class Frontage:
     building : the building.
     by_address : towards the street of its address.
     by_entrance : out of its main entrance.
-    by_nearest : towards the nearest street or path.
+    by_nearest : towards the nearest named street or path; any path where the map names none.
     """
 
     building: Landmark
@@ -94,15 +94,18 @@ def frontage(city: CityMap, building_id: str) -> Frontage:
     Notes
     -----
     A name in ``addr:street`` means the street of that name or alias, whatever its abbreviations
-    ("St" is "Street"). Of several main entrances the first one counts. A side faces a street when
-    it is the nearest to it, so the nearest street decides where nothing else is known.
+    ("St" is "Street"). Of several main entrances the first one counts. The rule of the paper,
+    which takes the nearest path whether it has a name or not, is
+    :meth:`CityMap.bearing_to_nearest_path`.
     """
     building = city.landmark(building_id)
     return Frontage(
         building=building,
         by_address=_by_address(city, building),
         by_entrance=_by_entrance(city, building),
-        by_nearest=_towards(city, building, city.of_kind(*PATH_KINDS), "nearest"),
+        by_nearest=_towards(
+            city, building, city.derived("named paths", lambda: _named(city)), "nearest"
+        ),
     )
 
 
@@ -147,6 +150,11 @@ def _blocked(city: CityMap, sight: shapely.LineString, building: Landmark) -> bo
         if shapely.intersection(sight, other.geometry).length > _ON_WALL_M:
             return True
     return False
+
+
+def _named(city: CityMap) -> tuple[Landmark, ...]:
+    paths = city.of_kind(*PATH_KINDS)
+    return tuple(m for m in paths if m.name) or paths
 
 
 def _by_address(city: CityMap, building: Landmark) -> Facing | None:

@@ -11,7 +11,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.osm.reader import Bounds
 
-__all__ = ["box_grid", "grid_bounds", "square_grid"]
+__all__ = ["box_grid", "grid_bounds", "read_degrees", "square_grid"]
 
 
 def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
@@ -75,6 +75,27 @@ def grid_bounds(grid: Grid) -> Bounds:
         np.concatenate([np.full(9, south), np.full(9, north), y, y]),
     )
     return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+
+def read_degrees(text: str, expected: str) -> tuple[float, ...]:
+    """Read numbers parted by commas, as many as are expected.
+
+    Raises
+    ------
+    InputError : when there are more or fewer, or one is not a finite number.
+
+    Examples
+    --------
+    >>> read_degrees("60.17,24.94", "LAT,LON")
+    (60.17, 24.94)
+    """
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != len(expected.split(",")) or not all(math.isfinite(n) for n in numbers):
+        raise InputError(f"'{text}' is not {expected}; expected numbers in degrees, without spaces")
+    return numbers
 
 
 def _numbers(values: Sequence[float], count: int, name: str, expected: str) -> list[float]:

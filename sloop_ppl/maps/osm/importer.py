@@ -113,7 +113,7 @@ def _asked(
             "a bbox, everything"
         )
     if everything:
-        Grid.square(cell_m, cell_m)  # refuses a cell that cannot be used
+        Grid.square(1.0, cell_m)  # refuses a cell that cannot be used
         return None
     if bbox is not None:
         return box_grid(bbox, cell_m)
