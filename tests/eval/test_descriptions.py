@@ -8,6 +8,7 @@ import pytest
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import FrameAnnotation, bundled_examples, read_descriptions
 from sloop_ppl.language import SpatialRelation
+from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.maps import load_map
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "descriptions"
@@ -78,6 +79,12 @@ def test_the_keys_of_targets_are_the_declared_objects(read):
     assert "car" not in toyota.names  # another car may be spoken of: colour decides
     assert (dog.colour, dog.kind, dog.names) == (None, "dog", ("my dog", "dog"))
     assert "red bicycle" in bike.names
+
+
+def test_objects_of_the_published_data_are_the_default_ones(read):
+    names = [t.id for t in DEFAULT_TARGETS]
+    (scene,) = read(line(targets=dict.fromkeys(names, PLACE)))
+    assert scene.objects == DEFAULT_TARGETS
 
 
 def test_a_line_without_targets_declares_none(read):
