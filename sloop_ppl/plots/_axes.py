@@ -46,8 +46,8 @@ def fitted(text: str, size_pt: float, width: float) -> str:
 
 
 def stroke(ax: Axes) -> float:
-    """Return what line widths and marker sizes are multiplied by: 1 on an axes 6 inches wide."""
-    return min(max(width_in(ax) / 6.0, 0.6), 1.2)
+    """Return what line widths and marker sizes are multiplied by: 1 on an axes 4.8 inches wide."""
+    return min(max(width_in(ax) / 4.8, 0.65), 1.15)
 
 
 def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:

@@ -69,9 +69,11 @@ def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
 
 
 def mode_of(belief: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
-    """Return the centre of the most probable cell, the southernmost, westernmost of equals."""
-    row, col = np.unravel_index(int(np.argmax(belief)), belief.shape)
-    return grid.centre_of(int(row), int(col))
+    """Return the centre of the most probable cell; of equals, the one nearest to their mean."""
+    rows, cols = np.nonzero(belief >= belief.max() * (1 - _TIE))
+    x, y = grid.x_m[cols], grid.y_m[rows]
+    middle = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
+    return float(x[middle]), float(y[middle])
 
 
 def draw_cells(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.maps import CityMap
 from sloop_ppl.plots._axes import stroke
-from sloop_ppl.plots._palette import ACCENTS, PAPER
+from sloop_ppl.plots._palette import ACCENTS, INK, PAPER
 from sloop_ppl.plots._protocols import FrameLike
 
 if TYPE_CHECKING:
@@ -17,6 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["arrow_length_m", "circular_sd_rad", "draw_frames"]
 
 _LEAST_P = 0.1
+_ARROW = [
+    (-1, 0.17),
+    (0.2, 0.17),
+    (0.2, 0.5),
+    (1, 0),
+    (0.2, -0.5),
+    (0.2, -0.17),
+    (-1, -0.17),
+    (-1, 0.17),
+]
 
 
 def circular_sd_rad(kappa: float | None) -> float:
@@ -61,8 +71,10 @@ def draw_frames(
     tuple
         Handles for a legend and points along the arrows, which labels had better avoid.
     """
+    from matplotlib.colors import to_rgb
     from matplotlib.lines import Line2D
     from matplotlib.patches import FancyArrowPatch, Wedge
+    from matplotlib.path import Path
     from matplotlib.patheffects import withStroke
 
     colour = ACCENTS["frame"]
@@ -86,7 +98,7 @@ def draw_frames(
                 middle + spread,
                 facecolor=colour,
                 edgecolor="none",
-                alpha=0.22,
+                alpha=0.4,
                 zorder=3.6,
             )
             ax.add_artist(fan)
@@ -94,14 +106,14 @@ def draw_frames(
             FancyArrowPatch(
                 (x, y),
                 (x + length * dx, y + length * dy),
-                arrowstyle="-|>",
-                mutation_scale=9 * stroke(ax),
+                arrowstyle="simple,head_length=0.75,head_width=0.75,tail_width=0.22",
+                mutation_scale=13 * stroke(ax),
                 shrinkA=0,
                 shrinkB=0,
-                linewidth=1.6 * stroke(ax),
-                color=colour,
-                alpha=0.35 + 0.65 * min(frame.p, 1.0),
-                path_effects=[withStroke(linewidth=3.0 * stroke(ax), foreground=PAPER, alpha=0.8)],
+                linewidth=0.8 * stroke(ax),
+                facecolor=(*to_rgb(colour), 0.3 + 0.7 * min(frame.p, 1.0)),
+                edgecolor=INK,
+                path_effects=[withStroke(linewidth=2.4 * stroke(ax), foreground=PAPER)],
                 zorder=4.2,
                 gid="frame-arrow",
             )
@@ -110,13 +122,7 @@ def draw_frames(
     if not drawn:
         return [], []
     handle = Line2D(
-        [],
-        [],
-        color=colour,
-        lw=1.6,
-        marker=">",
-        ms=4,
-        markevery=[1],
+        [], [], ls="none", marker=Path(_ARROW), ms=13.5 * stroke(ax), mfc=colour, mec=INK, mew=0.8,
         label="mean front of ground",
-    )
+    )  # fmt: skip
     return [handle], points

@@ -31,7 +31,7 @@ PAPER = "#ffffff"
 
 ACCENTS = {
     "mentioned": "#0072b2",
-    "frame": "#d55e00",
+    "frame": "#56b4e9",
     "truth": "#009e73",
     "mode": "#22252b",
     "path": "#0072b2",
@@ -109,9 +109,9 @@ MUTED = MapPalette(
     water_edge="#b9cbd5",
     square="#ededeb",
     sign="#bfc3c7",
-    poi="#8e8e8a",
+    poi="#6e6e6a",
     label="#4a4a48",
-    road_label="#77776f",
+    road_label="#66665f",
     water_label="#5c7482",
     park_label="#66755c",
 )

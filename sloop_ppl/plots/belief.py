@@ -185,17 +185,15 @@ def _mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label:
 
 
 def _add_colour_bar(ax: Axes, image: AxesImage, label: str = "probability per cell") -> None:
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import FuncFormatter
 
     figure = ax.get_figure()
     if figure is None:
         return
     size = font_pt(width_in(ax))
-    bar = figure.colorbar(image, ax=ax, shrink=0.6, aspect=28, pad=0.02)
+    percent = FuncFormatter(lambda p, _: f"{100 * p:.3g} %")
+    bar = figure.colorbar(image, ax=ax, shrink=0.6, aspect=28, pad=0.02, format=percent)
     bar.ax.set_facecolor(MUTED.ground)
     bar.set_label(label, fontsize=size, color=INK)
     bar.ax.tick_params(labelsize=size - 0.5, width=0.6, length=2.5, labelcolor=INK)
     bar.outline.set_linewidth(0.6)
-    if isinstance(bar.formatter, ScalarFormatter):
-        bar.formatter.set_powerlimits((-3, 3))
-    bar.ax.yaxis.get_offset_text().set_fontsize(size - 0.5)

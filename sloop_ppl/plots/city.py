@@ -121,6 +121,8 @@ def _draw_grid(ax: Axes, city: CityMap) -> None:
 
 def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
     """Outline a landmark; for a point, the building whose cells it takes, too."""
+    from matplotlib.patheffects import withStroke
+
     shape = landmark.geometry
     colour = ACCENTS["mentioned"]
     if shape.geom_type == "Point":
@@ -140,8 +142,15 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
         shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
     shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
     draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13, zorder=1.0)
+    width = 1.3 * stroke(ax)
     draw_shape(
-        ax, shape, facecolor="none", edgecolor=colour, linewidth=1.3 * stroke(ax), zorder=3.0
+        ax,
+        shape,
+        facecolor="none",
+        edgecolor=colour,
+        linewidth=width,
+        path_effects=[withStroke(linewidth=2 * width, foreground=PAPER, alpha=0.7)],
+        zorder=3.0,
     )
 
 
