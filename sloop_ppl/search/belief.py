@@ -4,42 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError
 from sloop_ppl.search._pomdp import GenerativeDistribution
+from sloop_ppl.search.detection import CellLikelihood, Detector
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.values import RobotState, SearchAction, SearchObservation, SearchState
 
-__all__ = ["CellLikelihood", "GridBelief", "check_table", "observation_likelihoods"]
+__all__ = ["GridBelief", "check_table", "observation_likelihoods"]
 
 _BLOCK = 256
-
-
-class CellLikelihood(NamedTuple):
-    """Probability of what was observed of one target, given its cell.
-
-    Attributes
-    ----------
-    cells : the cells in view, flat indices.
-    inside : probability at each of them, same length.
-    outside : probability at every other cell.
-    """
-
-    cells: NDArray[np.intp]
-    inside: NDArray[np.float64]
-    outside: float
-
-    def log_table(self, shape: tuple[int, int]) -> NDArray[np.float64]:
-        """Return the natural log as a table over the grid, shape (H, W); minus infinity allowed."""
-        table = np.full(shape[0] * shape[1], self.outside)
-        table[self.cells] = self.inside
-        with np.errstate(divide="ignore"):
-            log: NDArray[np.float64] = np.log(table)
-        return log.reshape(shape)
 
 
 class GridBelief(GenerativeDistribution):
@@ -68,21 +45,20 @@ class GridBelief(GenerativeDistribution):
     ) -> None:
         self.space, self.robot, self._rng = space, robot, rng
         self._tables = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        self._initial = self._tables
+        self._detector = Detector(space)
+        self._reset()
+
+    def _reset(self) -> None:
         self._cumulative: list[NDArray[np.float64]] | None = None
         self._drawn: list[tuple[int, ...]] = []
 
-    @classmethod
-    def _made(
-        cls,
-        space: SearchSpace,
-        tables: tuple[NDArray[np.float64], ...],
-        robot: RobotState,
-        rng: np.random.Generator,
-    ) -> GridBelief:
-        """Make a belief of tables that are known to be sound, shape (H * W,)."""
-        belief = cls.__new__(cls)
-        belief.space, belief.robot, belief._rng = space, robot, rng
-        belief._tables, belief._cumulative, belief._drawn = tables, None, []
+    def _after(self, tables: tuple[NDArray[np.float64], ...], robot: RobotState) -> GridBelief:
+        """Return a belief of other tables that are known to be sound, shape (H * W,)."""
+        belief = type(self).__new__(type(self))
+        belief.space, belief.robot, belief._rng = self.space, robot, self._rng
+        belief._tables, belief._initial, belief._detector = tables, self._initial, self._detector
+        belief._reset()
         return belief
 
     @property
@@ -140,17 +116,19 @@ class GridBelief(GenerativeDistribution):
         BeliefCollapse : when the observation is impossible under the belief.
         """
         likelihoods = observation_likelihoods(
-            self.space, self.robot, action, observation, next_robot
+            self._detector, self.robot, action, observation, next_robot
         )
         tables = tuple(
             table if seen is None else self._conditioned(i, table, seen, observation)
             for i, (table, seen) in enumerate(zip(self._tables, likelihoods, strict=True))
         )
-        return GridBelief._made(self.space, tables, next_robot, self._rng)
+        return self._after(tables, next_robot)
 
     def replaced(self, tables: Mapping[str, NDArray[np.float64]], robot: RobotState) -> GridBelief:
         """Return a belief with other tables (checked) and another robot state."""
-        return GridBelief(self.space, tables, robot, rng=self._rng)
+        space = self.space
+        sound = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        return self._after(sound, robot)
 
     def _conditioned(
         self,
@@ -159,9 +137,10 @@ class GridBelief(GenerativeDistribution):
         seen: CellLikelihood,
         observation: SearchObservation,
     ) -> NDArray[np.float64]:
-        inside = table[seen.cells] * seen.inside
-        new = table * seen.outside if seen.outside else np.zeros_like(table)
-        new[seen.cells] = inside
+        new = _product(table, seen)
+        weight = self.space.config.recovery_weight
+        if weight and not new.any():
+            new = _product((1 - weight) * table + weight * self._initial[index], seen)
         total = float(new.sum())
         if not total > 0:
             name = self.space.target_ids[index]
@@ -177,8 +156,15 @@ class GridBelief(GenerativeDistribution):
         return new
 
 
+def _product(table: NDArray[np.float64], seen: CellLikelihood) -> NDArray[np.float64]:
+    inside = table[seen.cells] * seen.inside
+    new: NDArray[np.float64] = table * seen.outside if seen.outside else np.zeros_like(table)
+    new[seen.cells] = inside
+    return new
+
+
 def observation_likelihoods(
-    space: SearchSpace,  # noqa: ARG001
+    detector: Detector,
     robot: RobotState,
     action: SearchAction,
     observation: SearchObservation,
@@ -188,11 +174,10 @@ def observation_likelihoods(
 
     Parameters
     ----------
-    space : the search space.
+    detector : the sensor's model.
     robot, next_robot : the robot before and after the step.
     action, observation : what was done and observed.
     """
-    cells = np.array(sorted(next_robot.view), dtype=np.intp)
     told: list[CellLikelihood | None] = []
     for i, seen in enumerate(observation.seen):
         bit = 1 << i
@@ -200,19 +185,14 @@ def observation_likelihoods(
             if robot.found & bit:
                 told.append(None)
             else:
-                told.append(_sensed(cells, seen))
+                told.append(detector.likelihood(next_robot, seen))
         elif not robot.looked or robot.found & bit or not action.marks & bit:
             told.append(None)
         else:
+            cells = np.array(sorted(next_robot.view), dtype=np.intp)
             inside = 1.0 if observation.found & bit else 0.0
             told.append(CellLikelihood(cells, np.full(len(cells), inside), 1.0 - inside))
     return told
-
-
-def _sensed(cells: NDArray[np.intp], seen: int) -> CellLikelihood:
-    if seen < 0:
-        return CellLikelihood(cells, np.zeros(len(cells)), 1.0)
-    return CellLikelihood(cells, (cells == seen).astype(np.float64), 0.0)
 
 
 def check_table(

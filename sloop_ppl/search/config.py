@@ -9,8 +9,11 @@ from sloop_ppl.errors import InputError, UnknownName
 
 __all__ = ["ROLLOUTS", "SearchConfig"]
 
-ROLLOUTS = ("published", "random")
-"""Rollout policies of the tree search."""
+ROLLOUTS = ("published", "random", "informed")
+"""Rollout policies of the tree search; ``informed`` is for the planner ``fast`` alone."""
+
+
+REWARDS = ("move_reward", "right_find_reward", "wrong_find_reward", "collision_reward")
 
 
 @dataclass(frozen=True)
@@ -24,8 +27,19 @@ class SearchConfig:
     fov_deg : opening of the fan, degrees, in (0, 360].
     step_cells : length of a forward move, cells; on the diagonals each axis is rounded.
     turn_deg : how far a turn goes, degrees, 45 or 90.
+    occlusion : tall buildings hide what is behind them.
+    true_positive_rate : probability of detecting a target in view, in [0, 1].
+    false_positive_rate : probability of reporting, where no detection was made, any cell in view,
+        in [0, 1).
+    position_noise_cells : standard deviation of the reported cell of a detection, cells, >= 0;
+        the report stays within the view.
+    no_fly : tall buildings cannot be flown over.
+    flight_height_m : buildings at least this tall are tall, metres.
     move_reward, right_find_reward, wrong_find_reward : rewards of a move or turn, of a find that
         marks a new target, and of one that marks none.
+    collision_reward : reward of a step forward into a no-fly building, which leaves the pose.
+    recovery_weight : share of the initial belief that is mixed in when an observation is
+        impossible under the present one, in [0, 1); with 0 it raises `BeliefCollapse`.
     find_each : one find action per target (the paper's ``Find(i)``) instead of one for all.
     max_finds : finds after which the search ends; the number of targets when None.
     max_steps : steps after which the search ends.
@@ -33,7 +47,8 @@ class SearchConfig:
     depth : how many steps a simulation looks ahead, > 0.
     discount : discount factor per step, in (0, 1].
     exploration : weight of the exploration bonus in UCB1, >= 0.
-    rollout : one of `ROLLOUTS`.
+    rollout : one of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and
+        ``pomcp``, ``informed`` for ``fast``.
 
     Raises
     ------
@@ -51,9 +66,17 @@ class SearchConfig:
     fov_deg: float = 90.0
     step_cells: int = 3
     turn_deg: int = 45
+    occlusion: bool = False
+    true_positive_rate: float = 1.0
+    false_positive_rate: float = 0.0
+    position_noise_cells: float = 0.0
+    no_fly: bool = False
+    flight_height_m: float = 10.0
     move_reward: float = -10.0
     right_find_reward: float = 1000.0
     wrong_find_reward: float = -1000.0
+    collision_reward: float = -1000.0
+    recovery_weight: float = 0.0
     find_each: bool = False
     max_finds: int | None = None
     max_steps: int = 200
@@ -61,14 +84,14 @@ class SearchConfig:
     depth: int = 30
     discount: float = 0.95
     exploration: float = 1000.0
-    rollout: str = "published"
+    rollout: str | None = None
 
     def __post_init__(self) -> None:
         for name in ("sims", "depth", "step_cells", "max_steps"):
             _check_count(name, getattr(self, name))
         if self.max_finds is not None:
             _check_count("max_finds", self.max_finds)
-        for name in ("move_reward", "right_find_reward", "wrong_find_reward"):
+        for name in REWARDS:
             if not math.isfinite(getattr(self, name)):
                 raise InputError(f"{name} is {getattr(self, name)}; expected a finite number")
         if self.turn_deg not in (45, 90):
@@ -84,8 +107,24 @@ class SearchConfig:
             raise InputError(f"discount is {self.discount}; expected a number in (0, 1]")
         if not 0 <= self.exploration < math.inf:
             raise InputError(f"exploration is {self.exploration}; expected a number >= 0")
-        if self.rollout not in ROLLOUTS:
+        if not 0 <= self.true_positive_rate <= 1:
+            raise InputError(
+                f"true_positive_rate is {self.true_positive_rate}; expected a number in [0, 1]"
+            )
+        for name in ("false_positive_rate", "recovery_weight"):
+            if not 0 <= getattr(self, name) < 1:
+                raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1)")
+        for name in ("position_noise_cells", "flight_height_m"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise InputError(f"{name} is {getattr(self, name)}; expected a number >= 0")
+        if self.rollout is not None and self.rollout not in ROLLOUTS:
             raise UnknownName("rollout", self.rollout, ROLLOUTS)
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the sensor errs."""
+        exact = self.true_positive_rate == 1 and self.position_noise_cells == 0
+        return not exact or self.false_positive_rate > 0
 
 
 def _check_count(name: str, value: int) -> None:

@@ -16,6 +16,7 @@ from sloop_ppl.rng import child
 from sloop_ppl.search._pomdp import Agent
 from sloop_ppl.search.belief import GridBelief, observation_likelihoods
 from sloop_ppl.search.config import SearchConfig
+from sloop_ppl.search.detection import Detector
 from sloop_ppl.search.episode import Episode, PlanInfo, Pose, Step
 from sloop_ppl.search.models import (
     SearchObservationModel,
@@ -24,6 +25,7 @@ from sloop_ppl.search.models import (
     SearchTransitionModel,
 )
 from sloop_ppl.search.names import check_planner
+from sloop_ppl.search.obstacles import tall_cells
 from sloop_ppl.search.planners import SearchPlanner, make_planner
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.tree import scalar_rng
@@ -82,16 +84,20 @@ def run_search(
     check_planner(planner)
     ids = tuple(beliefs)
     truth = _true_cells(ids, places, city.grid)
-    space = SearchSpace(city.grid.shape, ids, config)
+    tall = None
+    if config.no_fly or config.occlusion:
+        tall = tall_cells(city, config.flight_height_m)
+    space = SearchSpace(city.grid.shape, ids, config, tall)
     robot = space.robot(_start_pose(start, city.grid, space, rng))
     state = SearchState(robot, truth)
-    transition, reward_model = SearchTransitionModel(), SearchRewardModel(space)
-    observation_model = SearchObservationModel(space)
+    transition, reward_model = SearchTransitionModel(space), SearchRewardModel(space)
+    imagined = SearchObservationModel(space, scalar_rng(child(rng, "planner", planner, "sensor")))
+    sensor = SearchObservationModel(space, scalar_rng(child(rng, "environment")))
     agent = Agent(
         GridBelief(space, beliefs, robot, rng=child(rng, "planner", planner, "belief")),
         SearchPolicyModel(space, scalar_rng(child(rng, "policy"))),
         transition,
-        observation_model,
+        imagined,
         reward_model,
     )
     chooser = make_planner(planner, space, rng=rng)
@@ -101,7 +107,7 @@ def run_search(
     while not state.robot.ended and len(record.actions) < config.max_steps:
         action, info = chooser.plan(agent)
         after = transition.sample(state, action)
-        observation = observation_model.sample(after, action)
+        observation = sensor.sample(after, action)
         reward = reward_model.sample(state, action, after)
         _learn(agent, chooser, action, observation, after, on_observation)
         state = after
@@ -135,7 +141,7 @@ def _learn(
     if on_observation is None:
         return
     space = before.space
-    told = observation_likelihoods(space, before.robot, action, observation, after.robot)
+    told = observation_likelihoods(Detector(space), before.robot, action, observation, after.robot)
     replacing = on_observation(
         {
             name: likelihood.log_table(space.shape)
@@ -252,13 +258,20 @@ def _start_pose(
     start: tuple[float, ...] | None, grid: Grid, space: SearchSpace, rng: np.random.Generator
 ) -> int:
     """Return the pose at which the robot begins."""
+    closed = space.no_fly
     if start is None:
-        return int(child(rng, "start").integers(space.n_cells)) * 8
+        free = [cell for cell in range(space.n_cells) if cell not in closed]
+        return free[int(child(rng, "start").integers(len(free)))] * 8
     x, y, *heading = _numbers("The start", start, (2, 3))
     try:
         row, col = grid.cell_at(x, y)
     except OutsideMap as error:
         raise OutsideMap(f"Start: {error}") from None
+    if row * space.n_cols + col in closed:
+        raise InputError(
+            f"Start ({x:g}, {y:g}) is inside a no-fly building; start elsewhere, or fly above "
+            f"{space.config.flight_height_m:g} m"
+        )
     eighths = heading[0] / 45.0 if heading else 0.0
     if eighths != round(eighths):
         raise InputError(

@@ -11,6 +11,7 @@ from sloop_ppl.search._pomdp import (
     RolloutPolicy,
     TransitionModel,
 )
+from sloop_ppl.search.detection import Detector
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
 
@@ -27,7 +28,15 @@ History = tuple[tuple[SearchAction, SearchObservation], ...]
 
 
 class SearchTransitionModel(TransitionModel):
-    """Moves change the pose; a find marks what is in view; nothing changes once it is over."""
+    """Moves change the pose; a find marks what is in view; nothing changes once it is over.
+
+    Attributes
+    ----------
+    space : the search space, by which the planner ``fast`` knows the domain.
+    """
+
+    def __init__(self, space: SearchSpace) -> None:
+        self.space = space
 
     def sample(self, state: SearchState, action: SearchAction) -> SearchState:
         """Return the state that follows; it is certain."""
@@ -53,36 +62,71 @@ class SearchTransitionModel(TransitionModel):
 
 
 class SearchObservationModel(ObservationModel):
-    """After a move the robot senses its view; a find tells what has been found."""
+    """After a move the robot senses its view; a find tells what has been found.
 
-    def __init__(self, space: SearchSpace) -> None:
+    Parameters
+    ----------
+    space : the search space.
+    rng : where the errors of a noisy sensor are drawn from; an exact one needs none.
+    """
+
+    def __init__(self, space: SearchSpace, rng: random.Random | None = None) -> None:
         self._nothing = (-1,) * len(space.target_ids)
         self._made: dict[tuple[tuple[int, ...], int], SearchObservation] = {}
+        self._detector = Detector(space)
+        self._noisy = space.config.noisy
+        self._rng = random.Random(0) if rng is None else rng
 
     def sample(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
         """Return what is observed on reaching a state."""
         robot = next_state.robot
         seen = self._nothing
         if action.index < 3:
-            view = robot.view
-            if not view.isdisjoint(next_state.cells):
-                seen = tuple(
-                    cell if cell in view and not robot.found >> i & 1 else -1
-                    for i, cell in enumerate(next_state.cells)
-                )
+            if self._noisy:
+                seen = self._sensed(next_state)
+            elif not robot.view.isdisjoint(next_state.cells):
+                seen = self._in_view(next_state)
         key = seen, robot.found
         made = self._made.get(key)
         if made is None:
             made = self._made[key] = SearchObservation(seen, robot.found)
         return made
 
-    argmax = sample
+    def argmax(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
+        """Return what an exact sensor observes on reaching a state."""
+        seen = self._in_view(next_state) if action.index < 3 else self._nothing
+        return SearchObservation(seen, next_state.robot.found)
 
     def probability(
         self, observation: SearchObservation, next_state: SearchState, action: SearchAction
     ) -> float:
         """Return the probability of an observation on reaching a state."""
-        return float(observation == self.sample(next_state, action))
+        robot = next_state.robot
+        if observation.found != robot.found:
+            return 0.0
+        if action.index >= 3:
+            return float(observation.seen == self._nothing)
+        chance = 1.0
+        for i, (cell, seen) in enumerate(zip(next_state.cells, observation.seen, strict=True)):
+            if robot.found >> i & 1:
+                chance *= float(seen < 0)
+            else:
+                chance *= self._detector.probability(robot, cell, seen)
+        return chance
+
+    def _in_view(self, state: SearchState) -> tuple[int, ...]:
+        view, found = state.robot.view, state.robot.found
+        return tuple(
+            cell if cell in view and not found >> i & 1 else -1
+            for i, cell in enumerate(state.cells)
+        )
+
+    def _sensed(self, state: SearchState) -> tuple[int, ...]:
+        robot = state.robot
+        return tuple(
+            -1 if robot.found >> i & 1 else self._detector.sample(robot, cell, self._rng)
+            for i, cell in enumerate(state.cells)
+        )
 
 
 class SearchRewardModel(RewardModel):
@@ -93,6 +137,7 @@ class SearchRewardModel(RewardModel):
         self._move = config.move_reward
         self._right = config.right_find_reward
         self._wrong = config.wrong_find_reward
+        self._collision = config.collision_reward
 
     def sample(self, state: SearchState, action: SearchAction, next_state: SearchState) -> float:
         """Return the reward of a transition; zero once the search is over."""
@@ -100,7 +145,7 @@ class SearchRewardModel(RewardModel):
         if robot.ended:
             return 0.0
         if action.index < 3:
-            return self._move
+            return self._collision if action.index == 0 and robot.collides else self._move
         return self._right if next_state.robot.found != robot.found else self._wrong
 
     argmax = sample

@@ -36,6 +36,8 @@ def next_poses(space: SearchSpace) -> NDArray[np.int32]:
     new_row, new_col = row + steps[heading, 0], col + steps[heading, 1]
     inside_rows = (new_row >= 0) & (new_row < space.n_rows)
     free = inside_rows & (new_col >= 0) & (new_col < space.n_cols)
+    if space.no_fly:
+        free[[pose for pose in poses.tolist() if space.collides(pose)]] = False
     forward = np.where(free, (new_row * space.n_cols + new_col) * HEADINGS + heading, poses)
     turn = space.config.turn_deg // 45
     left = poses - heading + (heading + turn) % HEADINGS
@@ -77,6 +79,11 @@ def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> N
     space : the search space.
     tables : belief of each target to count, each of shape (H * W,).
     """
+    if space.config.occlusion and space.tall.any():
+        total = np.sum(tables, axis=0)
+        return np.array(
+            [total[list(space.view(pose))].sum() for pose in range(space.n_cells * HEADINGS)]
+        )
     reach = max(max(abs(dr), abs(dc)) for fan in space.fans for dr, dc in fan)
     padded = np.pad(np.sum(tables, axis=0).reshape(space.shape), reach)
     mass = np.zeros((*space.shape, HEADINGS))

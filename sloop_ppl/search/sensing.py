@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
-__all__ = ["HEADINGS", "fan_offsets"]
+__all__ = ["HEADINGS", "cells_between", "fan_offsets"]
 
 HEADINGS = 8
 """Directions a robot can face, 45 degrees apart, anticlockwise from east."""
@@ -48,3 +49,41 @@ def fan_offsets(
             if distance == 0 or abs(off_axis) <= math.radians(fov_deg) / 2 + _SLACK:
                 seen.append((row, col))
     return tuple(seen)
+
+
+@cache
+def cells_between(rows: int, cols: int) -> tuple[tuple[tuple[int, int], ...], ...]:
+    """Return the cells strictly between a cell and another one, seen along a straight line.
+
+    Parameters
+    ----------
+    rows, cols : where the other cell is, cells north and east.
+
+    Returns
+    -------
+    tuple
+        One entry per step along the longer axis: the one cell that the line runs through or,
+        where it runs along the border of two, both; it is blocked when all of them are.
+
+    Examples
+    --------
+    >>> cells_between(0, 3)
+    (((0, 1),), ((0, 2),))
+    >>> cells_between(1, 2)
+    (((0, 1), (1, 1)),)
+    """
+    n = max(abs(rows), abs(cols))
+    between = []
+    for k in range(1, n):
+        across = [(r, c) for r in _nearest(rows * k, n) for c in _nearest(cols * k, n)]
+        between.append(tuple(across))
+    return tuple(between)
+
+
+def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
+    """Return the whole number nearest to a fraction, or both when two are equally near."""
+    low = numerator // denominator
+    over = 2 * (numerator - low * denominator)
+    if over == denominator:
+        return low, low + 1
+    return (low,) if over < denominator else (low + 1,)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.search.config import SearchConfig
-from sloop_ppl.search.sensing import HEADINGS, fan_offsets
+from sloop_ppl.search.sensing import HEADINGS, cells_between, fan_offsets
 from sloop_ppl.search.values import RobotState, SearchAction
 
 __all__ = ["MAX_TARGETS", "SearchSpace"]
@@ -29,6 +29,8 @@ class SearchSpace:
     shape : ``(n_rows, n_cols)`` of the grid.
     target_ids : names of the targets, distinct, 1 to `MAX_TARGETS`.
     config : the settings.
+    tall : cells of buildings that close flight and sight where the settings ask for it, True where
+        they stand, shape (H, W).
 
     Attributes
     ----------
@@ -46,6 +48,7 @@ class SearchSpace:
         shape: tuple[int, int],
         target_ids: tuple[str, ...],
         config: SearchConfig,
+        tall: NDArray[np.bool_] | None = None,
     ) -> None:
         if not 1 <= len(target_ids) <= MAX_TARGETS:
             raise InputError(
@@ -58,6 +61,9 @@ class SearchSpace:
                 f"{shape[0]} x {shape[1]} cells; expected at most {max(shape)}"
             )
         self.n_rows, self.n_cols = shape
+        self.tall = np.zeros(shape, dtype=bool) if tall is None else tall
+        self.no_fly = frozenset(np.flatnonzero(self.tall).tolist() if config.no_fly else ())
+        self._opaque = frozenset(np.flatnonzero(self.tall).tolist() if config.occlusion else ())
         self.target_ids = target_ids
         self.config = config
         self.max_finds = config.max_finds or len(target_ids)
@@ -121,9 +127,18 @@ class SearchSpace:
             view = self._views[pose] = frozenset(
                 (row + dr) * self.n_cols + col + dc
                 for dr, dc in self.fans[heading]
-                if 0 <= row + dr < self.n_rows and 0 <= col + dc < self.n_cols
+                if 0 <= row + dr < self.n_rows
+                and 0 <= col + dc < self.n_cols
+                and not (self._opaque and self._blocked(self._opaque, row, col, dr, dc))
             )
         return view
+
+    def _blocked(self, closed: frozenset[int], row: int, col: int, dr: int, dc: int) -> bool:
+        """Tell whether closed cells stand between a cell and another one."""
+        return any(
+            all((row + r) * self.n_cols + col + c in closed for r, c in choices)
+            for choices in cells_between(dr, dc)
+        )
 
     def view_mask(self, pose: int) -> NDArray[np.bool_]:
         """Return the cells seen from a pose as True, shape (H, W)."""
@@ -137,13 +152,20 @@ class SearchSpace:
         if index == 0:
             row, col = row + self.steps[heading][0], col + self.steps[heading][1]
             inside = 0 <= row < self.n_rows and 0 <= col < self.n_cols
-            return self.encode(row, col, heading) if inside else pose
+            return self.encode(row, col, heading) if inside and not self.collides(pose) else pose
         turn = self._turn if index == 1 else -self._turn
         return self.encode(row, col, (heading + turn) % HEADINGS)
 
-    def collides(self, _pose: int) -> bool:
-        """Tell whether a step forward from a pose would hit a no-fly building."""
-        return False
+    def collides(self, pose: int) -> bool:
+        """Tell whether a step forward would hit a no-fly building, without leaving the map."""
+        if not self.no_fly:
+            return False
+        row, col, heading = self.decode(pose)
+        dr, dc = self.steps[heading]
+        if not (0 <= row + dr < self.n_rows and 0 <= col + dc < self.n_cols):
+            return False
+        end = (row + dr) * self.n_cols + col + dc
+        return end in self.no_fly or self._blocked(self.no_fly, row, col, dr, dc)
 
     def preferred_moves(self, pose: int) -> Callable[[int], int]:
         """Return the function from a target's cell to the bit mask of the preferred moves.
@@ -164,7 +186,7 @@ class SearchSpace:
         return mask
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return SearchSpace, (self.shape, self.target_ids, self.config)
+        return SearchSpace, (self.shape, self.target_ids, self.config, self.tall)
 
 
 def _actions(target_ids: tuple[str, ...], find_each: bool) -> tuple[SearchAction, ...]:

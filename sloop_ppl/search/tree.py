@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.search._pomdp import (
     POMCP,
     POUCT,
@@ -26,8 +27,13 @@ __all__ = ["GridParticles", "PomcpPlanner", "PouctPlanner", "scalar_rng"]
 
 def _settings(space: SearchSpace, rng: random.Random) -> dict[str, Any]:
     config = space.config
+    if config.rollout == "informed":
+        raise InputError(
+            "rollout is 'informed', which only the planner 'fast' knows; expected published or "
+            "random, or the planner 'fast'"
+        )
     rollout: RolloutPolicy = (
-        PublishedRollout(space, rng) if config.rollout == "published" else RandomRollout(space, rng)
+        RandomRollout(space, rng) if config.rollout == "random" else PublishedRollout(space, rng)
     )
     return {
         "max_depth": config.depth,

@@ -29,7 +29,7 @@ def test_updates_equal_bayes_rule_over_every_joint_state(index, find_each):
     space = space_of((4, 5), ids=("A", "B"), step_cells=1, find_each=find_each)
     belief = random_belief(space, pose=space.encode(1, 1, 0))
     action = space.actions[index]
-    transition, observing = SearchTransitionModel(), SearchObservationModel(space)
+    transition, observing = SearchTransitionModel(space), SearchObservationModel(space)
     joint: dict[SearchObservation, dict[tuple[int, int], float]] = {}
     robots = {}
     for a in range(space.n_cells):

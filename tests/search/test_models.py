@@ -21,7 +21,7 @@ FORWARD, LEFT, RIGHT, FIND = range(4)
 
 def step(space, state, index):
     action = space.actions[index]
-    after = SearchTransitionModel().sample(state, action)
+    after = SearchTransitionModel(space).sample(state, action)
     observation = SearchObservationModel(space).sample(after, action)
     return after, observation, SearchRewardModel(space).sample(state, action, after)
 
@@ -114,7 +114,7 @@ def test_values_that_are_equal_hash_alike_also_after_pickling():
 def test_models_give_probability_one_to_what_they_sample():
     space = space_of()
     state = SearchState(space.robot(space.encode(3, 4, 1)), (3 * 9 + 5,))
-    transition, observing = SearchTransitionModel(), SearchObservationModel(space)
+    transition, observing = SearchTransitionModel(space), SearchObservationModel(space)
     for action in space.actions:
         after = transition.sample(state, action)
         assert transition.probability(after, state, action) == 1

@@ -119,7 +119,10 @@ def test_more_than_ten_targets_are_refused():
         ({"move_reward": math.nan}, "move_reward is nan; expected a finite number"),
         (
             {"rollout": "rndom"},
-            "Rollout 'rndom' is unknown; expected one of published, random; did you mean 'random'?",
+            (
+                "Rollout 'rndom' is unknown; expected one of published, random, informed; "
+                "did you mean 'random'?"
+            ),
         ),
         (
             {"sensor_range_cells": 0.5},
