@@ -63,6 +63,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: Ground | None = None  # a landmark is the subject
+    topic: Ground | None = None  # a landmark that no cue precedes
     pending: list[RelationPhrase] = field(default_factory=list)
     route: bool = False
     negated: bool = False
@@ -161,15 +162,31 @@ class _Walk:
         return at + 1
 
     def _on_which(self, at: int) -> int:
-        if self.reader.kind(at - 1) == "landmark" or (
-            self.reader.kind(at - 1) == "comma" and self.reader.kind(at - 2) == "landmark"
-        ):
+        before = at - 2 if self.reader.kind(at - 1) == "comma" else at - 1
+        if self.reader.kind(before) == "landmark" or self.reader.value(at) == "whose":
             self.clause.aside, self.clause.aside_used = True, False
+        elif self.reader.kind(before) == "figure":
+            mention: FigureMention = self.reader.items[before].value
+            item = self.reader.items[before]
+            ids = self.figures.known(mention.candidates)
+            if ids and not set(ids) <= set(self.clause.figures):
+                self._subject(ids, (item.first, item.last), joins=False)
+        return at + 1
+
+    def _on_too(self, at: int) -> int:
+        """Read "the green car is too": what was said of another figure holds again."""
+        clause = self.clause
+        said = self.reading.attached
+        if clause.named and clause.open and said:
+            other = [a for a in said if a.figures == said[-1].figures != clause.figures]
+            for one in other[-3:]:
+                self._give(one.phrase, clause.figures, clause.span, 0.8)
+            clause.open = False
         return at + 1
 
     def _on_where(self, at: int) -> int:
         """Read "the Dresden is where the red bike is"."""
-        place = self.clause.subject or self.reader.last_spoken()
+        place = self.clause.subject or self.clause.topic or self.reader.last_spoken()
         figure = _skip(self.reader, at + 1, ("det", "skip", "possessive", "same"))
         if self.reader.kind(figure) != "figure" or place is None:
             return at + 1
@@ -201,7 +218,7 @@ class _Walk:
 
     def _on_landmark(self, at: int) -> int:
         """Read a place that no cue precedes: the subject of a clause, or part of a route."""
-        ground = self.reader.landmark(at)
+        ground = self.clause.topic = self.reader.landmark(at)
         after = _skip(self.reader, at + 1, ("place", "none", "skip"))
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = ground
@@ -211,10 +228,19 @@ class _Walk:
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
+        if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.open:
+            self._there()
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
             return at + 1
         self._refer(self.figures.last(), at)
         return at + 1
+
+    def _there(self) -> None:
+        """Read "the red car is there": the last place that was said of another figure."""
+        said = self.reading.attached
+        if said and said[-1].figures != self.clause.figures:
+            self._give(said[-1].phrase, self.clause.figures, self.clause.span, 0.8)
+            self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
         after = _skip(self.reader, at + 1, ("det", "skip", "of", "same"))
@@ -255,7 +281,10 @@ class _Walk:
         led = self.reader.kind(at - 1) in ("det", "possessive")
         goes_on = self.reader.kind(onward) == "be"
         waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
-        if not (led and (goes_on or waits)) or (self.clause.named and not goes_on):
+        told = not self.clause.named and self.reader.kind(onward) == "cue"
+        if self.clause.route or not (led and (goes_on or waits or told)):
+            return end
+        if self.clause.named and not goes_on:
             return end
         span = self.reader.items[at].first, self.reader.items[end - 1].last
         said = [w.low for w in self.reader.words[slice(*span)]]
@@ -321,6 +350,9 @@ class _Walk:
             if be > end:
                 subject = _skip(self.reader, be, ("det", "skip", "possessive", "same"))
                 return self.reader.kind(subject) == "figure"
+            subject = _skip(self.reader, end, ("det", "skip", "possessive"))
+            if subject > end and self.reader.kind(subject) == "figure":
+                return self.reader.kind(subject + 1) in ("stop", "end", "comma", "and", "sub")
             spoken = len(self.reader.spoken)
             got = read_relation(self.reader, _skip(self.reader, end, ("and", "comma", "skip")))
             del self.reader.spoken[spoken:]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rapidfuzz import process
+
 from sloop_ppl.errors import NoRelationFound
 from sloop_ppl.language.figures import figure_finder
 from sloop_ppl.language.places import place_index
@@ -112,10 +114,13 @@ def _listed(what: str, found: Iterable[str]) -> str:
 
 def _missing(unresolved: Unresolved, city: CityMap) -> str:
     said = _printable(" ".join(unresolved.text.split())[:_SHOWN])
-    if not unresolved.candidates:
-        return f"'{said}' was not understood"
-    names = ", ".join(city.landmark(c).label for c in unresolved.candidates)
-    return f"'{said}' is not clear on map '{city.name}' (nearest: {names})"
+    labels = [city.landmark(c).label for c in unresolved.candidates]
+    if not labels:
+        known = [m.name for m in city.landmarks if m.name]
+        # rapidfuzz ranks all names, however far, where the linker offers only the plausible ones.
+        labels = [name for name, _, _ in process.extract(said, known, limit=3)]
+    names = ", ".join(labels) or "none has a name"
+    return f"'{said}' was not found on map '{city.name}' (nearest: {names})"
 
 
 def _printable(text: str) -> str:

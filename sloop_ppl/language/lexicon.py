@@ -12,7 +12,7 @@ from typing import Any
 __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 
 _CLASSES = (
-    "be", "neg", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",
+    "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",
     "plural_pronouns", "robot", "map", "route", "route_ing", "see", "det", "possessive", "same",
     "parts", "junctions", "of", "to", "from", "subjects",
 )  # fmt: skip

@@ -204,7 +204,7 @@ def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
         if token in words.stop:
             weights.append(0.1)
         elif token in words.compass:
-            weights.append(0.35)
+            weights.append(0.15)
         elif light:
             weights.append(0.2 if token in _STREET_TYPES else 0.25)
         else:
