@@ -1,6 +1,7 @@
 """Figures: maps, beliefs, frames and searches, drawn with matplotlib on the axes that are given."""
 
 from sloop_ppl.plots.animation import animate_search
+from sloop_ppl.plots.bars import plot_components, plot_influence
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
 from sloop_ppl.plots.city import plot_map
 from sloop_ppl.plots.formats import (
@@ -9,16 +10,26 @@ from sloop_ppl.plots.formats import (
     figure_formats,
     save_figure,
 )
+from sloop_ppl.plots.frame import frame_bins, plot_frame
+from sloop_ppl.plots.parts import plot_change, plot_relations
 from sloop_ppl.plots.search import plot_search
+from sloop_ppl.plots.sheet import plot_sheet
 
 __all__ = [
     "animate_search",
     "animation_formats",
     "check_figure_path",
     "figure_formats",
+    "frame_bins",
     "plot_belief",
     "plot_beliefs",
+    "plot_change",
+    "plot_components",
+    "plot_frame",
+    "plot_influence",
     "plot_map",
+    "plot_relations",
     "plot_search",
+    "plot_sheet",
     "save_figure",
 ]

@@ -27,7 +27,7 @@ __all__ = ["Label", "LabelLayer", "Placed"]
 
 _WRAPS = (99, 22, 15, 11)
 _SHRINK = (1.0, 0.87)
-_PAD_PT = 1.2
+_PAD_PT = (2.2, 1.2)
 _ALONG = (0.5, 0.38, 0.62, 0.25, 0.75, 0.15, 0.85)
 _STRAIGHT = 0.35
 
@@ -281,8 +281,8 @@ class _Placer:
             box = self._text(label, _Spot(0.0, 0.0, 0.0, text, size, 0.0)).get_window_extent(
                 self.renderer
             )
-            pad = 2 * _PAD_PT * self.px_per_pt
-            self._sizes[key] = box.width + pad, box.height + pad
+            across, up = (2 * pad * self.px_per_pt for pad in _PAD_PT)
+            self._sizes[key] = box.width + across, box.height + up
         return self._sizes[key]
 
     def _box(self, label: Label, spot: _Spot) -> BaseGeometry:

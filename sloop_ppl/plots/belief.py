@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from sloop_ppl.plots._labels import LabelLayer
 
-__all__ = ["plot_belief", "plot_beliefs"]
+__all__ = ["add_colour_bar", "add_mark", "plot_belief", "plot_beliefs"]
 
 
 def plot_belief(
@@ -140,10 +140,10 @@ def _draw(
     image = draw_cells(ax, belief, city.grid)
     handles = draw_hpd(ax, belief, city.grid)
     mode = mode_of(belief, city.grid)
-    handles.append(_mark(ax, mode, "*", ACCENTS["mode"], "most probable cell"))
+    handles.append(add_mark(ax, mode, "*", ACCENTS["mode"], "most probable cell"))
     points = [mode]
     if truth is not None:
-        handles.append(_mark(ax, truth, "D", ACCENTS["truth"], "true place"))
+        handles.append(add_mark(ax, truth, "D", ACCENTS["truth"], "true place"))
         points.append((float(truth[0]), float(truth[1])))
     if grounds:
         face = (*_rgb(ACCENTS["mentioned"]), 0.13)
@@ -154,7 +154,7 @@ def _draw(
     handles.extend(arrows)
     layer.avoid(points=[*points, *along])
     if colour_bar:
-        _add_colour_bar(ax, image)
+        add_colour_bar(ax, image)
     return handles, layer
 
 
@@ -164,7 +164,7 @@ def _rgb(colour: str) -> tuple[float, float, float]:
     return to_rgb(colour)
 
 
-def _mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label: str) -> Any:
+def add_mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label: str) -> Any:
     """Put a marker with a white rim at a place and return it as a handle."""
     size = {"*": 11.0, "D": 5.5}[marker] * stroke(ax)
     (mark,) = ax.plot(
@@ -184,7 +184,8 @@ def _mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label:
     return mark
 
 
-def _add_colour_bar(ax: Axes, image: AxesImage, label: str = "probability per cell") -> None:
+def add_colour_bar(ax: Axes, image: AxesImage, label: str = "probability per cell") -> None:
+    """Add a colour bar in per cent beside a map."""
     from matplotlib.ticker import FuncFormatter
 
     figure = ax.get_figure()

@@ -75,6 +75,8 @@ def draw_map(
     highlight: Sequence[str] = (),
     muted: bool = False,
     cells: bool = False,
+    furniture: bool = True,
+    view_m: tuple[float, float, float, float] | None = None,
 ) -> LabelLayer:
     """Draw a map without a legend and return the layer that holds its labels.
 
@@ -82,12 +84,15 @@ def draw_map(
     ----------
     ax, city, labels, grid, highlight, muted : as in :func:`plot_map`.
     cells : True for limits that show every cell whole.
+    furniture : True to add a scale bar, a north arrow and the attribution.
+    view_m : west, south, east and north limit, metres, of a part of the map; None for all of it.
     """
     from sloop_ppl.plots._labels import LabelLayer
 
     mentioned = [city.landmark(m) for m in dict.fromkeys(highlight)]
     palette = MUTED if muted else CLEAR
-    frame_map(ax, city.grid.cells_extent_m if grid or cells else city.grid.extent_m)
+    whole = city.grid.cells_extent_m if grid or cells else city.grid.extent_m
+    frame_map(ax, view_m or whole)
     draw_ground(ax, city, palette)
     if grid:
         _draw_grid(ax, city)
@@ -97,8 +102,9 @@ def draw_map(
     layer = LabelLayer(wanted)
     ax.add_artist(layer)
     layer.set_clip_path(None)
-    layer.avoid(add_scale_bar(ax), add_north_arrow(ax))
-    credit = add_attribution(ax, city)
+    if furniture:
+        layer.avoid(add_scale_bar(ax), add_north_arrow(ax))
+    credit = add_attribution(ax, city) if furniture else None
     if credit is not None:
         layer.avoid(credit)
     return layer
