@@ -7,11 +7,14 @@ from sloop_ppl.eval.descriptions import (
     bundled_examples,
     read_descriptions,
 )
+from sloop_ppl.eval.parsing import ParseScore, score_parser
 
 __all__ = [
     "DescribedScene",
     "FrameAnnotation",
+    "ParseScore",
     "Place",
     "bundled_examples",
     "read_descriptions",
+    "score_parser",
 ]

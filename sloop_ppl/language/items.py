@@ -25,7 +25,8 @@ _FOLLOWS = frozenset(("of", "hand", "side", "from", "edge", "end", "corner", "le
 _PARTICLES = frozenset(("up", "down", "over", "back", "close", "around", "out", "along"))
 _LETTERS = {"n": "north", "s": "south", "e": "east", "w": "west"}
 _CLASS_ORDER = (
-    "neg", "too", "be", "and", "or", "but", "sub", "which", "where", "houses", "robot", "map", "see",
+    "neg", "too", "be", "and",
+    "or", "but", "sub", "which", "where", "houses", "robot", "map", "see",
     "route", "route_ing", "plural_pronouns", "pronouns", "det", "possessive", "same", "parts",
     "junctions", "of", "to", "from", "only", "subjects",
 )  # fmt: skip
