@@ -179,9 +179,10 @@ class Posterior:
         later, _ = infer_description(
             description, self.city, self.model, self.engine, prior=None, rng=rng
         )
+        new_prior = {t: p for t, p in later.log_prior.items() if t not in self.log_prior}
         return replace(
             later,
-            log_prior={**later.log_prior, **self.log_prior},
+            log_prior={**self.log_prior, **new_prior},
             said={
                 target: (*self.said.get(target, ()), *later.said.get(target, ()))
                 for target in dict.fromkeys((*self.targets, *later.targets))

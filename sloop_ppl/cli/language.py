@@ -19,7 +19,7 @@ def parse(text: Text, map_: Map, targets: Targets = None, json: Json = False) ->
     said = sloop.parse(text, city, targets=declared)
     if json:
         print_json(said.to_json())
-    else:
+    elif said.relations:
         print_data(relation_table(said))
     if not said.relations:
         raise no_relation_found(said, city, declared)

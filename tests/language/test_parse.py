@@ -97,7 +97,7 @@ def test_no_relation_is_explained_in_one_line():
     assert "\n" not in message
     assert message.startswith(
         "No relation found in 'The red bike is behind the Hotel Splendid'; recognised target "
-        "RedBike, no landmark, relation word behind; 'Hotel Splendid' is not clear on map "
+        "RedBike, no landmark, relation word behind; 'Hotel Splendid' was not found on map "
         "'cleveland'"
     )
     assert recognised(text, CLEVELAND).targets == ("RedBike",)
