@@ -14,6 +14,7 @@ from sloop_ppl.plots._palette import ACCENTS, INK, PAPER
 from sloop_ppl.plots._protocols import EpisodeLike
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.path import Path
 
@@ -119,8 +120,14 @@ def draw_path(ax: Axes, poses: Sequence[Any]) -> list[Any]:
     return [_handle(start), way, _handle(end)]
 
 
-def draw_finds(ax: Axes, episode: EpisodeLike) -> list[Any]:
-    """Mark each find with a tick where it was right and a cross where it was wrong."""
+def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]:
+    """Mark each find with a tick where it was right and a cross where it was wrong.
+
+    Returns
+    -------
+    tuple
+        Handles for a legend and the discs drawn, which labels had better avoid.
+    """
     finds = [
         (tuple(pose[:2]), reward > 0)
         for pose, action, reward in zip(
@@ -130,14 +137,16 @@ def draw_finds(ax: Axes, episode: EpisodeLike) -> list[Any]:
     ]
     shown: dict[bool, Any] = {}
     told: list[Any] = []
+    discs: list[Artist] = []
     for place, right in dict.fromkeys(finds):
-        shown[right] = _verdict(ax, place, right, told.count(place))
+        shown[right], disc = _verdict(ax, place, right, told.count(place))
         told.append(place)
-    return [shown[right] for right in sorted(shown, reverse=True)]
+        discs.append(disc)
+    return [shown[right] for right in sorted(shown, reverse=True)], discs
 
 
-def _verdict(ax: Axes, place: tuple[float, float], right: bool, nth: int) -> Any:
-    """Draw one find a little above its pose, a white sign on a coloured disc; return its handle."""
+def _verdict(ax: Axes, place: tuple[float, float], right: bool, nth: int) -> tuple[Any, Artist]:
+    """Draw one find above its pose, a white sign on a coloured disc; return handle and disc."""
     from matplotlib.lines import Line2D
     from matplotlib.path import Path
     from matplotlib.transforms import ScaledTranslation
@@ -170,7 +179,7 @@ def _verdict(ax: Axes, place: tuple[float, float], right: bool, nth: int) -> Any
         [], [], ls="none", marker="o", ms=8.5, mfc=colour, mec=PAPER, mew=0.8, label=label
     )
     front = Line2D([], [], ls="none", marker=sign, ms=4.2, mfc="none", mec=PAPER, mew=1.3)
-    return back, front
+    return (back, front), disc
 
 
 def target_style(found: bool, imagined: bool) -> dict[str, Any]:

@@ -80,14 +80,15 @@ def plot_search(
     )
     handles = draw_path(axes, episode.poses)
     handles += draw_targets(axes, episode.places, episode.found_targets, imagined)
-    handles += draw_finds(axes, episode)
+    finds, discs = draw_finds(axes, episode)
+    handles += finds
     sky = ACCENTS["view"]
     handles.append(Patch(facecolor=(*to_rgb(sky), 0.4), edgecolor=sky, lw=0.9, label="seen"))
     if beliefs:
         handles.append(Patch(facecolor=belief_colours()(0.45), label="believed"))
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
-    layer.avoid(points=along(episode.poses, city.grid.cell_m))
+    layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
     size = font_pt(width_in(axes)) + 1.5
     told = fitted(title or outcome(episode), size, width_in(axes))
     axes.set_title(told, fontsize=size, color=INK, pad=5, parse_math=False)
@@ -100,9 +101,9 @@ def outcome(episode: EpisodeLike) -> str:
     """Say in a line how a search ended."""
     found, total = len(episode.found_targets), len(episode.places)
     steps = len(episode.actions)
-    names = ", ".join(episode.found_targets)
+    names = _listed(episode.found_targets)
     told = {0: "Found nothing", total: f"Found {names}"}.get(
-        found, f"Found {names} but not {', '.join(_missing(episode))}"
+        found, f"Found {names} but not {_listed(_missing(episode))}"
     )
     return (
         f"{told} in {steps} step{'' if steps == 1 else 's'}, "
@@ -133,6 +134,11 @@ def along(poses: Sequence[Any], step_m: float) -> list[tuple[float, float]]:
         for t in np.linspace(0.0, 1.0, parts + 1):
             points[round(x0 + t * (x1 - x0), 6), round(y0 + t * (y1 - y0), 6)] = None
     return list(points)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names as one says them: "A, B and C"."""
+    return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
 
 
 def _missing(episode: EpisodeLike) -> list[str]:

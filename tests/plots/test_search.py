@@ -65,7 +65,7 @@ def test_each_find_is_marked_right_or_wrong_at_its_pose(cleveland: CityMap) -> N
         ({"found_targets": ()}, "Found nothing in 5 steps, discounted return −12"),
         (
             {"found_targets": ("Cup", "Hat"), "discounted_return": 312.2},
-            "Found Cup, Hat in 5 steps, discounted return 312",
+            "Found Cup and Hat in 5 steps, discounted return 312",
         ),
     ],
 )
