@@ -22,6 +22,7 @@ from sloop_ppl.language.vocabulary import (
 )
 
 if TYPE_CHECKING:
+    from sloop_ppl.language.dependency import dependency_parser
     from sloop_ppl.language.diagnosis import Recognised, no_relation_found, recognised
     from sloop_ppl.language.parsers import PARSERS, Parser, list_parsers, parse
     from sloop_ppl.language.pipeline import load_pipeline
@@ -32,6 +33,7 @@ _LAZY = {
     "PARSERS": "parsers",
     "Parser": "parsers",
     "Recognised": "diagnosis",
+    "dependency_parser": "dependency",
     "list_parsers": "parsers",
     "load_pipeline": "pipeline",
     "load_targets": "targets",
@@ -55,6 +57,7 @@ __all__ = [
     "TargetObject",
     "Unresolved",
     "check_relation",
+    "dependency_parser",
     "list_parsers",
     "load_pipeline",
     "load_targets",

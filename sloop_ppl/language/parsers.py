@@ -96,4 +96,13 @@ def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> 
     return read_rules(text, city, targets)
 
 
+def _dependency_paths(
+    text: str, city: CityMap, targets: Sequence[TargetObject] | None
+) -> Description:
+    from sloop_ppl.language.dependency import shared_dependency_parser
+
+    return shared_dependency_parser()(text, city, targets)
+
+
 PARSERS.add("rules", _rules)
+PARSERS.add("dependency_paths", _dependency_paths)

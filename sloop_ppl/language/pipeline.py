@@ -42,8 +42,8 @@ __all__ = ["COMPONENTS", "WordTokenizer", "load_pipeline", "read_rules"]
 COMPONENTS: Final = ("sloop_landmarks", "sloop_targets", "sloop_cues", "sloop_attachment")
 """The factories of the rule parser, in the order they run."""
 
-_STATE = "sloop_reading"
-_CONTEXT = "sloop_context"
+STATE = "sloop_reading"
+CONTEXT = "sloop_context"
 
 Component = Callable[[Doc], Doc]
 
@@ -128,14 +128,14 @@ def make_landmarks(
     declared = None if targets is None else load_targets(targets)
 
     def landmarks(doc: Doc) -> Doc:
-        given, objects = doc.user_data.pop(_CONTEXT, (city, declared))
+        given, objects = doc.user_data.pop(CONTEXT, (city, declared))
         if given is None:
             raise InputError(
                 "The component 'sloop_landmarks' has no map; add it with "
                 "config={'map': NAME_OR_PATH}, or read texts with sloop_ppl.parse"
             )
         state = TextReading(doc.text, given, place_index(given), figure_finder(objects))
-        doc.user_data[_STATE] = state
+        doc.user_data[STATE] = state
         find_landmarks(state)
         return doc
 
@@ -167,7 +167,7 @@ def _attach(state: TextReading) -> None:
 
 def _step(run: Callable[[TextReading], None], name: str) -> Component:
     def component(doc: Doc) -> Doc:
-        state = doc.user_data.get(_STATE)
+        state = doc.user_data.get(STATE)
         if state is None:
             raise InputError(
                 f"The component '{name}' found no landmarks read; add 'sloop_landmarks' before it"
@@ -184,7 +184,7 @@ def _relations(doc: Doc) -> tuple[SpatialRelation, ...]:
 
 
 def _description(doc: Doc) -> Description | None:
-    state = doc.user_data.get(_STATE)
+    state = doc.user_data.get(STATE)
     return None if state is None else state.description
 
 
@@ -233,7 +233,7 @@ def read_rules(
     """
     nlp = _shared()
     doc = nlp.make_doc(text)
-    doc.user_data[_CONTEXT] = city, targets
+    doc.user_data[CONTEXT] = city, targets
     found = _description(nlp(doc))
     if found is None:
         raise RuntimeError("the component 'sloop_attachment' set no description")

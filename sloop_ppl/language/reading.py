@@ -93,7 +93,7 @@ def find_cues(state: TextReading) -> None:
 
 def relate(state: TextReading) -> None:
     """Attach relation phrases to objects."""
-    reader = GroundReader(state.words, state.norms, state.items, state.places, _settle(state))
+    reader = GroundReader(state.words, state.norms, state.items, state.places, settle(state))
     figures = Figures(state.finder)
     if state.finder.declared is None:
         default = {t.id for t in DEFAULT_TARGETS}
@@ -111,7 +111,7 @@ def _inferred(symbol: str, mention: FigureMention, state: TextReading) -> Target
     return TargetObject(symbol, (said,))
 
 
-def _settle(state: TextReading) -> dict[int, int]:
+def settle(state: TextReading) -> dict[int, int]:
     """Return which landmark every mention stands for, the map spoken of most deciding ties."""
     homes = Counter[str]()
     for mention in state.landmarks:
