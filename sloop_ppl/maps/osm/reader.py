@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
 from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
+from sloop_ppl.maps.osm.ordered import ordered_copy
 from sloop_ppl.maps.osm.report import ImportReport
 
 __all__ = ["Bounds", "file_bounds", "read_osm"]
@@ -58,17 +60,29 @@ def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData
     ------
     MapError : when the file cannot be read, or has a coordinate that is not on earth.
     """
-    import osmium
-
-    found = _Collector(path, bounds, report)
     try:
-        objects = osmium.FileProcessor(str(path)).with_locations().with_areas()
-        for thing in objects.with_filter(osmium.filter.EmptyTagFilter()):
-            found.take(thing)
+        try:
+            return _collected(path, path, bounds, report)
+        except RuntimeError as error:
+            if "out of order" not in str(error):
+                raise
+        report.restart()
+        with tempfile.TemporaryDirectory() as folder:
+            copy, report.duplicates = ordered_copy(path, Path(folder))
+            return _collected(copy, path, bounds, report)
     except MapError:
         raise
     except Exception as error:  # libosmium raises RuntimeError and kinds of its own
         raise _unreadable(path, error) from None
+
+
+def _collected(path: Path, called: Path, bounds: Bounds | None, report: ImportReport) -> OsmData:
+    import osmium
+
+    found = _Collector(called, bounds, report)
+    objects = osmium.FileProcessor(str(path)).with_locations().with_areas()
+    for thing in objects.with_filter(osmium.filter.EmptyTagFilter()):
+        found.take(thing)
     return found.data()
 
 
@@ -77,7 +91,7 @@ class _Collector:
 
     def __init__(self, path: Path, bounds: Bounds | None, report: ImportReport) -> None:
         self.path, self.bounds, self.report = path, bounds, report
-        self.features: dict[str, tuple[int, OsmFeature]] = {}
+        self.features: dict[str, OsmFeature] = {}
         self.street_of: dict[str, str] = {}
         self.relations: dict[str, tuple[dict[str, str], tuple[int, ...]]] = {}
         self.assembled: set[str] = set()
@@ -153,7 +167,7 @@ class _Collector:
     def data(self) -> OsmData:
         """Return what was collected, in the order of the sources' numbers."""
         self.report.incomplete += sum(source not in self.assembled for source in self.relations)
-        features = [feature for _, feature in self.features.values()]
+        features = list(self.features.values())
         bounds = tuple(self.extent) if self.features else None
         return OsmData(features, self.street_of, bounds)  # type: ignore[arg-type]
 
@@ -164,12 +178,8 @@ class _Collector:
         if geometry.geom_type == "Point" and not self._meets([(west, south)]):
             self.report.outside += 1
             return
-        if source in self.features:
-            self.report.duplicates += 1
-            if self.features[source][0] >= thing.version:
-                return
         tags = {tag.k: tag.v for tag in thing.tags}
-        self.features[source] = thing.version, OsmFeature(source, tags, geometry, outline)
+        self.features[source] = OsmFeature(source, tags, geometry, outline)
         e = self.extent
         self.extent = [min(e[0], west), min(e[1], south), max(e[2], east), max(e[3], north)]
 

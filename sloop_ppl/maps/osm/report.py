@@ -42,6 +42,10 @@ class ImportReport:
     entrances: int = 0
     addresses: int = 0
 
+    def restart(self) -> None:
+        """Forget what has been counted."""
+        vars(self).update(vars(ImportReport()))
+
     def lines(self) -> list[str]:
         """Return the report as short lines, nothing said of what did not occur."""
         kinds = ", ".join(f"{n} {kind}" for kind, n in self.kept.items())
