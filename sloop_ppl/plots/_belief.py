@@ -59,13 +59,19 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
 
 def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
     """Return the border of a set of cells as shapely lines in metres, empty for no cell."""
-    rows, cols = np.nonzero(region)
-    if rows.size == 0:
+    west, south, _, _ = grid.cells_extent_m
+    ringed = np.pad(region, 1)
+    # An edge runs wherever two neighbours differ; lattice points are counted from the south-west.
+    row, col = np.nonzero(ringed[1:-1, 1:] != ringed[1:-1, :-1])
+    upright = np.stack([col, row, col, row + 1], axis=1)
+    row, col = np.nonzero(ringed[1:, 1:-1] != ringed[:-1, 1:-1])
+    level = np.stack([col, row, col + 1, row], axis=1)
+    ends = np.concatenate([upright, level]).reshape(-1, 2, 2) * grid.cell_m + (west, south)
+    if not len(ends):
         return shapely.LineString()
-    half = grid.cell_m / 2
-    x, y = grid.x_m[cols], grid.y_m[rows]
-    cells = shapely.box(x - half, y - half, x + half, y + half)
-    return shapely.union_all(cells).boundary
+    lines = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends)))
+    parts = shapely.simplify(shapely.get_parts(lines), grid.cell_m * 1e-6)
+    return shapely.multilinestrings(parts)
 
 
 def mode_of(belief: NDArray[np.float64], grid: Grid) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.maps import CityMap, Landmark
-from sloop_ppl.plots._axes import stroke
+from sloop_ppl.plots._axes import stroke, width_in
 from sloop_ppl.plots._palette import PAPER, MapPalette
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ __all__ = [
 # Widths in the bundled maps are those of a drawing: real carriageways are wider.
 _WIDEN = {"street": 1.35, "service": 1.3, "pedestrian": 1.0}
 _AT_LEAST_M = {"street": 5.5, "service": 2.6, "pedestrian": 2.0}
-_SIGN_RADIUS_M = 3.5
+_SIGN_PT = 5.5
 
 
 def draw_ground(ax: Axes, city: CityMap, palette: MapPalette) -> None:
@@ -246,6 +246,9 @@ def _pois(ax: Axes, city: CityMap, palette: MapPalette) -> None:
 
 def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
     """Put a P on each car park that has room for one."""
+    size = _SIGN_PT * stroke(ax)
+    west, east = ax.get_xlim()
+    least_m = 0.6 * size * (east - west) / (72 * width_in(ax))
     built = [shapely.make_valid(m.geometry) for m in city.of_kind("building")]
     taken = shapely.unary_union([road_surface(city), *built])
     for shape in _polygons(city.of_kind("parking"), window):
@@ -253,14 +256,14 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
         if free.is_empty:
             continue
         centre, rim = shapely.get_coordinates(shapely.maximum_inscribed_circle(free, tolerance=0.5))
-        if float(np.hypot(*(rim - centre))) < _SIGN_RADIUS_M:
+        if float(np.hypot(*(rim - centre))) < least_m:
             continue
         ax.annotate(
             "P",
             tuple(centre),
             ha="center",
             va="center",
-            fontsize=5.5 * stroke(ax),
+            fontsize=size,
             fontweight="bold",
             color=PAPER,
             bbox={

@@ -66,6 +66,12 @@ class Placed:
     text: Text
     box: BaseGeometry
 
+    def moved(self, right: float, up: float) -> Placed:
+        """Return the label so many pixels further on; its text is moved, not copied."""
+        x, y = self.text.get_position()
+        self.text.set_position((x + right, y + up))
+        return Placed(self.label, self.text, shapely.affinity.translate(self.box, right, up))
+
 
 @dataclass(frozen=True)
 class _Spot:
@@ -105,7 +111,7 @@ class LabelLayer(Artist):
         self.points = list(points)
         self.set_zorder(6.0)
         self.set_in_layout(False)
-        self._done: tuple[Any, tuple[Placed, ...]] | None = None
+        self._done: tuple[Any, Any, tuple[Placed, ...]] | None = None
 
     def avoid(self, *artists: Artist, points: Sequence[tuple[float, float]] = ()) -> None:
         """Keep labels off these artists and points, too."""
@@ -128,20 +134,25 @@ class LabelLayer(Artist):
         if axes is None or figure is None:
             return ()
         key = (
-            *axes.bbox.bounds,
+            round(float(axes.bbox.width), 3),
+            round(float(axes.bbox.height), 3),
             *axes.viewLim.bounds,
             figure.dpi,
             len(self.obstacles),
             type(renderer).__name__,
         )
+        at = np.array([axes.bbox.x0, axes.bbox.y0])
         if self._done is None or self._done[0] != key:
             placer = _Placer(axes, figure, renderer)
             for artist in self.obstacles:
                 if artist.get_visible():
                     placer.block(artist.get_window_extent(renderer))
             placer.block_points(self.points)
-            self._done = key, tuple(placer.place_all(self.labels))
-        return self._done[1]
+            self._done = key, at, tuple(placer.place_all(self.labels))
+        shift = at - self._done[1]
+        if np.abs(shift).max() > 0:
+            self._done = key, at, tuple(p.moved(*shift) for p in self._done[2])
+        return self._done[2]
 
 
 class _Placer:
@@ -157,18 +168,19 @@ class _Placer:
         self.scale = np.asarray(step - origin)
         self.origin = np.asarray(origin)
         self.taken: list[BaseGeometry] = []
-        self.soft: list[BaseGeometry] = []
+        self.bounds = np.empty((0, 4))
+        self.dots = np.empty((0, 2))
         self._sizes: dict[tuple[str, float, str, str], tuple[float, float]] = {}
 
     def block(self, box: Bbox) -> None:
         """Keep labels off a box in pixels."""
         if box.width > 0 and box.height > 0:
-            self.taken.append(shapely.box(*box.extents))
+            self._take(shapely.box(*box.extents))
 
     def block_points(self, points: Sequence[tuple[float, float]]) -> None:
         """Keep labels off small discs round points in metres."""
         for x, y in points:
-            self.taken.append(shapely.Point(*self.pixels(x, y)).buffer(2.5 * self.px_per_pt))
+            self._take(shapely.Point(*self.pixels(x, y)).buffer(2.5 * self.px_per_pt))
 
     def pixels(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixel of a point in metres."""
@@ -180,8 +192,8 @@ class _Placer:
         shapes = [
             shapely.transform(m.geometry, lambda p: self.origin + self.scale * p) for m in labels
         ]
-        dots = [s for s in shapes if s.geom_type == "Point"]
-        self.soft = [d.buffer(2.2 * self.px_per_pt) for d in dots]
+        dots = [(s.x, s.y) for s in shapes if s.geom_type == "Point"]
+        self.dots = np.reshape(np.array(dots, dtype=float), (-1, 2))
         for label, shape in zip(labels, shapes, strict=True):
             best: tuple[float, _Spot, BaseGeometry] | None = None
             limit = 9.0 if label.must else 1.0
@@ -189,15 +201,37 @@ class _Placer:
                 if spot.cost >= (best[0] if best else limit):
                     continue
                 box = self._box(label, spot)
-                if not self.window.contains(box) or any(box.intersects(t) for t in self.taken):
+                if not self._free(box):
                     continue
-                cost = spot.cost + 0.3 * sum(box.intersects(s) for s in self.soft)
+                cost = spot.cost + 0.3 * self._dots_under(box)
                 if cost < (best[0] if best else limit):
                     best = cost, spot, box
             if best is not None:
                 _, spot, box = best
-                self.taken.append(box)
+                self._take(box)
                 yield Placed(label, self._text(label, spot), box)
+
+    def _take(self, shape: BaseGeometry) -> None:
+        self.taken.append(shape)
+        self.bounds = np.vstack([self.bounds, shape.bounds])
+
+    def _free(self, box: BaseGeometry) -> bool:
+        """Tell whether a box lies inside the axes and touches nothing that is taken."""
+        x0, y0, x1, y1 = box.bounds
+        left, low, right, high = self.window.bounds
+        if x0 < left or y0 < low or x1 > right or y1 > high:
+            return False
+        b = self.bounds
+        near = np.nonzero((b[:, 0] <= x1) & (b[:, 2] >= x0) & (b[:, 1] <= y1) & (b[:, 3] >= y0))[0]
+        return not any(box.intersects(self.taken[i]) for i in near)
+
+    def _dots_under(self, box: BaseGeometry) -> int:
+        """Return how many places' dots a box would hide."""
+        x0, y0, x1, y1 = box.bounds
+        gap = 2.2 * self.px_per_pt
+        x, y = self.dots.T
+        near = (x >= x0 - gap) & (x <= x1 + gap) & (y >= y0 - gap) & (y <= y1 + gap)
+        return int(near.sum())
 
     def _spots(self, label: Label, shape: BaseGeometry) -> Iterator[_Spot]:
         kinds: dict[str, Callable[[Label, BaseGeometry], Iterator[_Spot]]] = {
@@ -317,6 +351,7 @@ class _Placer:
 def _wrapped(text: str) -> tuple[str, ...]:
     """Return the text in one line and, where that differs, in narrower and narrower ones."""
     ways = []
+    text = text.replace(" - ", "\u00a0- ")  # a dash ends a line, it does not begin one
     for width in _WRAPS:
         lines = textwrap.wrap(text, width, break_long_words=False)
         if len(lines) > 4:

@@ -2,13 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from matplotlib.figure import Figure
 from plots_fakes import FakePosterior, blob
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap
 from sloop_ppl.plots import plot_belief, plot_beliefs, save_figure
-from sloop_ppl.plots._belief import hpd_region, region_outline
+from sloop_ppl.plots._belief import hpd_region, mode_of, region_outline
 
 
 def test_the_overlay_lies_where_the_belief_is_with_row_0_in_the_south(cleveland: CityMap) -> None:
@@ -65,6 +66,25 @@ def test_the_outline_of_a_region_follows_its_cells(cleveland: CityMap) -> None:
     outline = region_outline(region, cleveland.grid)
     assert outline.length == pytest.approx(2 * (10 + 5))
     assert outline.bounds == (-100, -105, -90, -100)
+
+
+def test_the_outline_is_the_border_of_the_union_of_the_cells(cleveland: CityMap) -> None:
+    grid = cleveland.grid
+    region = np.random.default_rng(3).random(grid.shape) < 0.4
+    rows, cols = np.nonzero(region)
+    x, y = grid.x_m[cols], grid.y_m[rows]
+    union = shapely.union_all(shapely.box(x - 2.5, y - 2.5, x + 2.5, y + 2.5))
+    outline = region_outline(region, grid)
+    assert outline.length == pytest.approx(union.boundary.length)
+    assert outline.difference(union.boundary).length == pytest.approx(0, abs=1e-6)
+
+
+def test_no_cells_have_no_outline(cleveland: CityMap) -> None:
+    assert region_outline(np.zeros(cleveland.grid.shape, dtype=bool), cleveland.grid).is_empty
+
+
+def test_of_equally_probable_cells_the_middle_one_is_the_mode(cleveland: CityMap) -> None:
+    assert mode_of(np.ones(cleveland.grid.shape), cleveland.grid) == (2.5, -2.5)
 
 
 def test_mode_truth_and_legend_say_what_is_drawn(posterior: FakePosterior) -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import itertools
 
+import numpy as np
 import pytest
 import shapely
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -33,6 +34,21 @@ def test_labels_neither_overlap_nor_leave_the_axes(name: str, width: float) -> N
         assert window.contains(label.box), label.label.text
     for one, other in itertools.combinations(placed, 2):
         assert not one.box.intersects(other.box), (one.label.text, other.label.text)
+
+
+def test_labels_move_with_their_axes(cleveland: CityMap) -> None:
+    figure = Figure(figsize=(5, 5))
+    canvas = FigureCanvasAgg(figure)
+    ax = plot_map(cleveland, ax=figure.add_axes((0.1, 0.1, 0.8, 0.8)), legend=False)
+    (layer,) = (a for a in ax.get_children() if isinstance(a, LabelLayer))
+    canvas.draw()
+    before = [p.box.centroid.coords[0] for p in layer.place(canvas.get_renderer())]
+    ax.set_position((0.15, 0.05, 0.8, 0.8))
+    canvas.draw()
+    placed = layer.place(canvas.get_renderer())
+    after = [p.box.centroid.coords[0] for p in placed]
+    assert np.subtract(after, before) == pytest.approx(np.tile([25.0, -25.0], (len(after), 1)))
+    assert placed[0].text.get_position() == pytest.approx(after[0])
 
 
 def test_a_wide_map_carries_more_names_than_a_narrow_one(cleveland: CityMap) -> None:
