@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Container
+from functools import lru_cache
 
 __all__ = ["camel_case", "folded", "unique"]
 
@@ -27,6 +28,7 @@ def camel_case(name: str) -> str:
     return "".join(word[0].upper() + word[1:] for word in _WORD.findall(joined))
 
 
+@lru_cache(maxsize=1 << 16)
 def folded(name: str) -> str:
     """Return a name in lower case, without accents and punctuation, its words parted by a space.
 
