@@ -43,8 +43,9 @@ class SearchTransitionModel(TransitionModel):
         robot = state.robot
         if robot.ended:
             return state
-        if action.index < 3:
-            return SearchState(robot.moved(action.index), state.cells)
+        index = action.index
+        if index < 3:
+            return SearchState(robot._next[index] or robot.moved(index), state.cells)
         marks = 0
         if robot.looked:
             for i, cell in enumerate(state.cells):
@@ -72,6 +73,7 @@ class SearchObservationModel(ObservationModel):
 
     def __init__(self, space: SearchSpace, rng: random.Random | None = None) -> None:
         self._nothing = (-1,) * len(space.target_ids)
+        self._blank = [SearchObservation(self._nothing, m) for m in range(space.all_found + 1)]
         self._made: dict[tuple[tuple[int, ...], int], SearchObservation] = {}
         self._detector = Detector(space)
         self._noisy = space.config.noisy
@@ -80,12 +82,14 @@ class SearchObservationModel(ObservationModel):
     def sample(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
         """Return what is observed on reaching a state."""
         robot = next_state.robot
-        seen = self._nothing
-        if action.index < 3:
-            if self._noisy:
-                seen = self._sensed(next_state)
-            elif not robot.view.isdisjoint(next_state.cells):
-                seen = self._in_view(next_state)
+        if action.index >= 3:
+            return self._blank[robot.found]
+        if self._noisy:
+            seen = self._sensed(next_state)
+        elif robot.view.isdisjoint(next_state.cells):
+            return self._blank[robot.found]
+        else:
+            seen = self._in_view(next_state)
         key = seen, robot.found
         made = self._made.get(key)
         if made is None:
@@ -198,24 +202,29 @@ class PublishedRollout(RolloutPolicy):
             tuple(m for m in moves if mask >> m.index & 1) or moves for mask in range(8)
         )
         self._finds = space.finds
+        self._keys = space.preference_keys
         self._random = rng.random
 
     def rollout(self, state: SearchState, history: History | None = None) -> SearchAction:
         """Return the next action of a rollout."""
+        robot = state.robot
+        if robot.ended:
+            return self._finds[0]
         if history:
             last = history[-1][1]
-            if last.any and not state.robot.ended:
-                return self._find(last, state.robot.found)
-        robot = state.robot
-        prefer = robot._prefer
+            if last.any:
+                return self._find(last, robot.found)
+        table, corner, allowed = robot._prefer
+        keys = self._keys
         cells = state.cells
         if len(cells) == 1:
-            mask = prefer(cells[0])
+            mask = table[corner + keys[cells[0]]] & allowed
         else:
             mask = 0
             for i, cell in enumerate(cells):
                 if not robot.found >> i & 1:
-                    mask |= prefer(cell)
+                    mask |= table[corner + keys[cell]]
+            mask &= allowed
         choices = self._choices[mask]
         return choices[int(self._random() * len(choices))]
 

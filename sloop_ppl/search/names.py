@@ -6,7 +6,7 @@ from sloop_ppl.errors import UnknownName
 
 __all__ = ["PLANNER_NAMES", "check_planner", "list_planners"]
 
-PLANNER_NAMES = ("pouct", "pomcp", "greedy", "random")
+PLANNER_NAMES = ("pouct", "pomcp", "fast", "greedy", "random")
 """Every planner, in the order in which they are listed."""
 
 

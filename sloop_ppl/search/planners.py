@@ -66,10 +66,18 @@ class RandomPlanner:
         """Forget nothing."""
 
 
+def _fast(space: SearchSpace, *, rng: np.random.Generator) -> SearchPlanner:
+    """Return the planner ``fast``; numba is imported when it is asked for."""
+    from sloop_ppl.search.fast import FastPlanner
+
+    return FastPlanner(space, rng=rng)
+
+
 PLANNERS: Mapping[str, Callable[..., SearchPlanner]] = MappingProxyType(
     {
         "pouct": PouctPlanner,
         "pomcp": PomcpPlanner,
+        "fast": _fast,
         "greedy": GreedyPlanner,
         "random": RandomPlanner,
     }

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -167,23 +166,27 @@ class SearchSpace:
         end = (row + dr) * self.n_cols + col + dc
         return end in self.no_fly or self._blocked(self.no_fly, row, col, dr, dc)
 
-    def preferred_moves(self, pose: int) -> Callable[[int], int]:
-        """Return the function from a target's cell to the bit mask of the preferred moves.
+    def preferences(self, pose: int) -> tuple[bytes, int, int]:
+        """Return how `preferred_moves` is looked up: table, offset of the pose, allowed moves."""
+        row, col, heading = self.decode(pose)
+        table = _preferences(self.shape, heading, self.steps[heading], self._turn)
+        corner = (self.n_rows - 1 - row) * (2 * self.n_cols - 1) + self.n_cols - 1 - col
+        return table, corner, 0b111 if self.next_pose(0, pose) != pose else 0b110
+
+    @cached_property
+    def preference_keys(self) -> tuple[int, ...]:
+        """What is added to the offset of a pose for each cell, by flat index."""
+        skip = self.n_cols - 1
+        return tuple(cell + cell // self.n_cols * skip for cell in range(self.n_cells))
+
+    def preferred_moves(self, pose: int, cell: int) -> int:
+        """Return the bit mask of the moves preferred for a target in a cell.
 
         Bit i stands for action i: forward when it brings the robot nearer to the cell, a turn
         when it turns the robot towards it.
         """
-        row, col, heading = self.decode(pose)
-        table = _preferences(self.shape, heading, self.steps[heading], self._turn)
-        width = 2 * self.n_cols - 1
-        corner = (self.n_rows - 1 - row) * width + self.n_cols - 1 - col
-        allowed = 0b111 if self.next_pose(0, pose) != pose else 0b110
-        n_cols, skip = self.n_cols, self.n_cols - 1
-
-        def mask(cell: int) -> int:
-            return table[corner + cell + (cell // n_cols) * skip] & allowed
-
-        return mask
+        table, corner, allowed = self.preferences(pose)
+        return table[corner + self.preference_keys[cell]] & allowed
 
     def __reduce__(self) -> tuple[Any, ...]:
         return SearchSpace, (self.shape, self.target_ids, self.config, self.tall)

@@ -102,7 +102,7 @@ class RobotState(ObjectState):
     collides: bool
     _space: SearchSpace
     _next: list[RobotState | None]
-    _prefer: Callable[[int], int]
+    _prefer: tuple[bytes, int, int]
 
     def __init__(self, space: SearchSpace, pose: int, found: int, finds: int, looked: bool) -> None:
         row, col, heading = space.decode(pose)
@@ -124,7 +124,7 @@ class RobotState(ObjectState):
             "collides": space.collides(pose),
             "_space": space,
             "_next": [None] * 3,
-            "_prefer": space.preferred_moves(pose),
+            "_prefer": space.preferences(pose),
             "_hash": hash((pose, found, finds, looked)),
         }
         for name, value in derived.items():

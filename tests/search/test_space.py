@@ -61,7 +61,7 @@ def test_preferred_moves_go_nearer_or_turn_towards():
         if space.decode(pose)[:2] != target:
             expected |= (off(nexts[1]) < off(pose) - 1e-9) * 2
             expected |= (off(nexts[2]) < off(pose) - 1e-9) * 4
-        assert space.preferred_moves(pose)(cell) == expected
+        assert space.preferred_moves(pose, cell) == expected
 
 
 def test_all_poses_at_once_agree_with_one_pose_at_a_time():

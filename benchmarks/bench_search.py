@@ -1,0 +1,235 @@
+"""Compare the planners' rates in one process, and print ratios.
+
+Run: python benchmarks/bench_search.py [--rounds 7]
+
+Every round runs each contender once, in turn, so that all of them meet the same machine; the
+median of the CPU times counts, and ratios are medians over rounds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import os
+import random
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.search import (
+    GridBelief,
+    SearchConfig,
+    SearchObservation,
+    SearchObservationModel,
+    SearchPolicyModel,
+    SearchRewardModel,
+    SearchSpace,
+    SearchTransitionModel,
+    make_planner,
+    run_search,
+)
+from sloop_ppl.search._pomdp import POUCT, Agent
+from sloop_ppl.search.fast import NativePouct
+from sloop_ppl.search.native_search import NativeSearch
+
+SIDE = 41
+
+
+def bundled_agent():
+    """Return pomdp-py's own multi-object search on 41 x 41 cells: one target, range 4."""
+    from pomdp_py.problems.multi_object_search.agent.agent import MosAgent
+    from pomdp_py.problems.multi_object_search.domain.state import RobotState
+    from pomdp_py.problems.multi_object_search.models.components.sensor import Laser2DSensor
+
+    robot = -1
+    sensor = Laser2DSensor(robot, fov=90, min_range=1, max_range=4, angle_increment=5)
+    pose = RobotState(robot, (SIDE // 2, SIDE // 2, 0.0), (), None)
+    return MosAgent(robot, pose, {1}, (SIDE, SIDE), sensor, prior={})
+
+
+def our_agent(space, seed=0):
+    """Return an agent of ours in the middle of the map, with uniform beliefs."""
+    tables = {name: np.ones(space.shape) for name in space.target_ids}
+    robot = space.robot(space.encode(space.n_rows // 2, space.n_cols // 2, 0), looked=True)
+    return Agent(
+        GridBelief(space, tables, robot, rng=np.random.default_rng(seed)),
+        SearchPolicyModel(space, random.Random(seed)),
+        SearchTransitionModel(space),
+        SearchObservationModel(space),
+        SearchRewardModel(space),
+    )
+
+
+def space_of(side=SIDE, targets=1, **settings):
+    """Return a search space of the benchmark."""
+    config = SearchConfig(sensor_range_cells=4.0, **{"rollout": "published", **settings})
+    return SearchSpace((side, side), tuple(f"T{i}" for i in range(targets)), config)
+
+
+def bundled(sims):
+    """Return a function that plans once on the bundled domain."""
+
+    def run():
+        agent = bundled_agent()
+        planner = POUCT(
+            max_depth=30,
+            discount_factor=0.95,
+            num_sims=sims,
+            exploration_const=1000,
+            rollout_policy=agent.policy_model,
+        )
+        with contextlib.redirect_stdout(io.StringIO()):
+            planner.plan(agent)
+
+    return run
+
+
+def ours(name, sims, side=SIDE, targets=1):
+    """Return a function that plans once on our domain, from an empty tree."""
+    space = space_of(side, targets, sims=sims)
+    agent = our_agent(space)
+    rng = np.random.default_rng(0)
+    if name == "fast":
+        planner = NativePouct(NativeSearch(space), sims=sims, rng=rng)
+    else:
+        planner = make_planner(name, space, rng=rng)
+
+    def run():
+        planner.forget()
+        planner.plan(agent)
+
+    run()
+    return run
+
+
+def rates(contenders, rounds):
+    """Return simulations per CPU second of each contender in each round."""
+    told = {name: [] for name in contenders}
+    for _ in range(rounds):
+        for name, (run, sims) in contenders.items():
+            begun = time.process_time()
+            run()
+            told[name].append(sims / (time.process_time() - begun))
+    return told
+
+
+def planning(rounds):
+    """Print rates of planning and their ratios."""
+    contenders = {
+        "bundled": (bundled(100), 100),
+        "pouct": (ours("pouct", 1000), 1000),
+        "fast": (ours("fast", 20_000), 20_000),
+        "fast, 401 x 401, 3 targets": (ours("fast", 20_000, 401, 3), 20_000),
+    }
+    told = rates(contenders, rounds)
+    for name, values in told.items():
+        print(f"{name:28s} {statistics.median(values):12,.0f} simulations a CPU second")
+    for a, b, goal in (("pouct", "bundled", 12), ("fast", "bundled", 1000), ("fast", "pouct", 50)):
+        ratio = statistics.median(x / y for x, y in zip(told[a], told[b], strict=True))
+        print(f"{a} / {b}: {ratio:,.1f} (goal {goal:,})")
+
+
+def belief_update(rounds):
+    """Print the time of one exact belief update on 401 x 401 cells."""
+    space = space_of(401)
+    agent = our_agent(space)
+    left, robot = space.actions[1], agent.belief.robot.moved(1)
+    nothing = SearchObservation((-1,), 0)
+    times = []
+    for _ in range(rounds * 20):
+        begun = time.perf_counter()
+        agent.belief.updated(left, nothing, robot)
+        times.append(time.perf_counter() - begun)
+    print(f"belief update, 401 x 401: {statistics.median(times) * 1e3:.3f} ms (goal 1)")
+
+
+def trial(rounds):
+    """Print the time of a search of 200 steps that finds nothing."""
+    city = CityMap("empty", Grid.square(100.0), ())
+    table = np.ones((SIDE, SIDE))
+    for rollout in ("published", "informed"):
+        config = SearchConfig(max_steps=200, rollout=rollout, true_positive_rate=1e-12)
+        times = []
+        for seed in range(rounds):
+            begun = time.process_time()
+            episode = run_search(
+                {"T": table},
+                city,
+                {"T": (90.0, 90.0)},
+                planner="fast",
+                config=config,
+                rng=np.random.default_rng(seed),
+            )
+            times.append((time.process_time() - begun) / episode.steps * 200)
+        print(
+            f"200 steps of fast, 1000 simulations, {rollout}: {statistics.median(times):.3f} s "
+            "(goal 0.3)"
+        )
+
+
+FIRST = """
+import time, resource
+import numpy as np
+import benchmarks.bench_search as bench
+begun = time.perf_counter()
+bench.ours("fast", 1000)
+print(time.perf_counter() - begun)
+"""
+
+MEMORY = """
+import resource
+import numpy as np
+import benchmarks.bench_search as bench
+run = bench.ours("fast", 100_000, 401, 3)
+run()
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def fresh(code, **environment):
+    """Return what a new process prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout)
+
+
+def processes(rounds):
+    """Print what a new process needs: time to its first plan, and memory."""
+    fresh(FIRST)
+    first = statistics.median(fresh(FIRST) for _ in range(min(rounds, 3)))
+    print(f"first plan of fast in a new process, cache warm: {first:.2f} s (goal 1)")
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o555)
+        cold = fresh(FIRST, NUMBA_CACHE_DIR=folder)
+    print(f"the same with a read-only, empty cache folder: {cold:.2f} s (works)")
+    print(f"peak memory, 401 x 401, 3 targets: {fresh(MEMORY):.0f} MB (goal 300)")
+
+
+def main():
+    """Run every part."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=7)
+    rounds = parser.parse_args().rounds
+    planning(rounds)
+    belief_update(rounds)
+    trial(rounds)
+    processes(rounds)
+    here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"peak memory of this process: {here:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

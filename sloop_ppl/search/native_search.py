@@ -1,0 +1,426 @@
+"""The multi-object search in machine code, behind the native-model protocol.
+
+Same rules as the plain models; the tests compare them step by step. Legend: N targets; K cells
+of the largest fan; R range of the sensor, rounded down; P poses.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.search._pomdp import Agent
+from sloop_ppl.search.belief import GridBelief
+from sloop_ppl.search.compile import inlined, jit
+from sloop_ppl.search.native import NativeFunctions, register_native, roll_out, uniform
+from sloop_ppl.search.sensing import HEADINGS
+from sloop_ppl.search.space import SearchSpace
+from sloop_ppl.search.values import SearchObservation
+
+__all__ = ["NativeSearch", "SearchBelief", "SearchData", "search_data"]
+
+ROW, COL, HEADING, FOUND, FINDS, LOOKED, SEEN, CELLS = range(8)
+"""Places in a state; from CELLS on come row and column of each target in turn. SEEN is the number
+of the first unfound target that was just reported, plus one, or zero."""
+
+State = NDArray[np.int64]
+Random = NDArray[np.uint64]
+
+
+class SearchData(NamedTuple):
+    """What the functions know about the search.
+
+    Attributes
+    ----------
+    n_rows, n_cols, n_targets, turn, max_finds, n_finds, reach : whole numbers; `reach` is R.
+    steps : rows north and columns east of a step by heading, shape (8, 2).
+    fan : one plus the place of an offset in its fan, else 0, shape (8, 2 R + 1, 2 R + 1).
+    fans : offsets of each fan, shape (8, K, 2), and how many there are, `fan_sizes` (8,).
+    hidden : True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
+    blocked : True where a step forward hits a no-fly building, shape (P,) or (0,).
+    aim : directions that a target must be anticlockwise of for a left turn to turn towards it, and
+        clockwise of for a right turn, by heading, as x and y, shape (8, 2, 2).
+    move, right, wrong, collision : rewards.
+    hit, false, sigma : rates and noise of the sensor.
+    published : 1 for the published rollout, 0 for the random one.
+    """
+
+    n_rows: int
+    n_cols: int
+    n_targets: int
+    turn: int
+    max_finds: int
+    n_finds: int
+    reach: int
+    steps: NDArray[np.int64]
+    fan: NDArray[np.uint8]
+    fans: NDArray[np.int64]
+    fan_sizes: NDArray[np.int64]
+    hidden: NDArray[np.bool_]
+    blocked: NDArray[np.bool_]
+    aim: NDArray[np.float64]
+    move: float
+    right: float
+    wrong: float
+    collision: float
+    hit: float
+    false: float
+    sigma: float
+    published: int
+
+
+class SearchBelief(NamedTuple):
+    """The robot's part of the state, shape (7,), and cumulative beliefs, shape (N, H * W)."""
+
+    robot: NDArray[np.int64]
+    cumulative: NDArray[np.float64]
+
+
+@inlined
+def in_view(data: SearchData, state: State, row: int, col: int) -> bool:
+    """Tell whether a cell is in view from the robot's pose."""
+    dr, dc = row - state[ROW], col - state[COL]
+    if dr < -data.reach or dr > data.reach or dc < -data.reach or dc > data.reach:
+        return False
+    place = data.fan[state[HEADING], dr + data.reach, dc + data.reach]
+    if place == 0 or len(data.hidden) == 0:
+        return bool(place > 0)
+    pose = (state[ROW] * data.n_cols + state[COL]) * HEADINGS + state[HEADING]
+    return bool(not data.hidden[pose, place - 1])
+
+
+@inlined
+def draw(data: SearchData, belief: SearchBelief, state: State, random: Random) -> None:
+    """Fill a state drawn from the belief."""
+    for i in range(CELLS):
+        state[i] = belief.robot[i]
+    for i in range(data.n_targets):
+        total = belief.cumulative[i]
+        wanted = uniform(random) * total[-1]
+        low, high = 0, len(total) - 1
+        while low < high:
+            middle = (low + high) // 2
+            if total[middle] > wanted:
+                high = middle
+            else:
+                low = middle + 1
+        state[CELLS + 2 * i] = low // data.n_cols
+        state[CELLS + 2 * i + 1] = low % data.n_cols
+
+
+@inlined
+def legal(data: SearchData, state: State) -> int:
+    """Return the actions that may be taken: a find only after a look."""
+    if state[LOOKED]:
+        return (1 << (3 + data.n_finds)) - 1
+    return 0b111
+
+
+@jit
+def _report(data: SearchData, state: State, row: int, col: int, random: Random) -> int:
+    """Return the cell at which a noisy sensor reports a target, or -1."""
+    at = -1
+    if in_view(data, state, row, col) and uniform(random) < data.hit:
+        at = row * data.n_cols + col
+        if data.sigma > 0:
+            at = _pick(data, state, row, col, data.sigma, random)
+    elif data.false > 0 and uniform(random) < data.false:
+        at = _pick(data, state, row, col, np.inf, random)
+    return at
+
+
+@jit
+def _pick(data: SearchData, state: State, row: int, col: int, sigma: float, random: Random) -> int:
+    """Draw a cell in view with Gaussian weights around a cell; -1 when nothing is in view."""
+    at, total = -1, 0.0
+    for k in range(data.fan_sizes[state[HEADING]]):
+        r = state[ROW] + data.fans[state[HEADING], k, 0]
+        c = state[COL] + data.fans[state[HEADING], k, 1]
+        if 0 <= r < data.n_rows and 0 <= c < data.n_cols and in_view(data, state, r, c):
+            square = float((r - row) ** 2 + (c - col) ** 2)
+            weight = math.exp(-square / (2.0 * sigma * sigma))
+            total += weight
+            if uniform(random) * total < weight:
+                at = r * data.n_cols + c
+    return at
+
+
+@inlined
+def step(data: SearchData, state: State, action: int, random: Random) -> tuple[float, int, bool]:
+    """Change the state by an action and return reward, key of the observation, and the end."""
+    state[SEEN] = 0
+    if action >= 3:
+        return _find(data, state, action)
+    reward = data.move
+    if action == 0:
+        row = state[ROW] + data.steps[state[HEADING], 0]
+        col = state[COL] + data.steps[state[HEADING], 1]
+        if 0 <= row < data.n_rows and 0 <= col < data.n_cols:
+            pose = (state[ROW] * data.n_cols + state[COL]) * HEADINGS + state[HEADING]
+            if len(data.blocked) > 0 and data.blocked[pose]:
+                reward = data.collision
+            else:
+                state[ROW], state[COL] = row, col
+    elif action == 1:
+        state[HEADING] = (state[HEADING] + data.turn) & 7
+    else:
+        state[HEADING] = (state[HEADING] - data.turn) & 7
+    state[LOOKED] = 1
+    noisy = data.hit < 1.0 or data.false > 0.0 or data.sigma > 0.0
+    key = state[FOUND]
+    for i in range(data.n_targets):
+        at = -1
+        if not state[FOUND] >> i & 1:
+            row, col = state[CELLS + 2 * i], state[CELLS + 2 * i + 1]
+            if noisy:
+                at = _report(data, state, row, col, random)
+            elif in_view(data, state, row, col):
+                at = row * data.n_cols + col
+            if at >= 0 and state[SEEN] == 0:
+                state[SEEN] = i + 1
+        key = _mix(key, at)
+    return reward, key, False
+
+
+@inlined
+def _find(data: SearchData, state: State, action: int) -> tuple[float, int, bool]:
+    marks = state[FOUND]
+    if state[LOOKED]:
+        for i in range(data.n_targets):
+            if (data.n_finds == 1 or action == 3 + i) and in_view(
+                data, state, state[CELLS + 2 * i], state[CELLS + 2 * i + 1]
+            ):
+                marks |= 1 << i
+    reward = data.right if marks != state[FOUND] else data.wrong
+    state[FOUND] = marks
+    state[FINDS] += 1
+    key = marks
+    for _ in range(data.n_targets):
+        key = _mix(key, -1)
+    over = marks == (1 << data.n_targets) - 1 or state[FINDS] >= data.max_finds
+    return reward, key, over
+
+
+@inlined
+def _mix(key: int, at: int) -> int:
+    """Return the key with one more target's report; keys of up to two targets never clash."""
+    return int(np.int64(key) * np.int64(1_000_003) + np.int64(at) + np.int64(2))
+
+
+@inlined
+def policy(data: SearchData, state: State, random: Random) -> int:
+    """Return the next action of the published or the random rollout."""
+    if data.published == 0:
+        n = 3 + data.n_finds if state[LOOKED] else 3
+        return int(uniform(random) * n)
+    if state[SEEN] > 0:
+        return 3 if data.n_finds == 1 else 2 + state[SEEN]
+    heading = state[HEADING]
+    dr, dc = data.steps[heading, 0], data.steps[heading, 1]
+    row, col = state[ROW] + dr, state[COL] + dc
+    pose = (state[ROW] * data.n_cols + state[COL]) * HEADINGS + heading
+    free = 0 <= row < data.n_rows and 0 <= col < data.n_cols
+    if len(data.blocked) > 0 and data.blocked[pose]:
+        free = False
+    mask = 0
+    for i in range(data.n_targets):
+        if state[FOUND] >> i & 1:
+            continue
+        north = state[CELLS + 2 * i] - state[ROW]
+        east = state[CELLS + 2 * i + 1] - state[COL]
+        if free and 2 * (north * dr + east * dc) > dr * dr + dc * dc:
+            mask |= 1
+        if data.aim[heading, 0, 0] * north - data.aim[heading, 0, 1] * east > 1e-9:
+            mask |= 2
+        if data.aim[heading, 1, 0] * north - data.aim[heading, 1, 1] * east < -1e-9:
+            mask |= 4
+    if mask == 0:
+        mask = 7
+    wanted = int(uniform(random) * ((mask & 1) + (mask >> 1 & 1) + (mask >> 2)))
+    for action in range(3):
+        if mask >> action & 1:
+            if wanted == 0:
+                return action
+            wanted -= 1
+    return 0
+
+
+@jit
+def rollout(
+    data: SearchData, state: State, level: int, depth: int, discount: float, random: Random
+) -> float:
+    """Return the discounted return of a rollout: `policy` and `step` with the pose at hand.
+
+    Without noise a find of what was seen is right, which saves half of the work.
+    """
+    if data.published == 0 or data.hit < 1.0 or data.false > 0.0 or data.sigma > 0.0:
+        return roll_out(data, state, level, depth, discount, random)
+    row, col, heading = state[ROW], state[COL], state[HEADING]
+    found, finds, seen = state[FOUND], state[FINDS], state[SEEN]
+    total, weight = 0.0, 1.0
+    walled = len(data.blocked) > 0
+    covered = len(data.hidden) > 0
+    while level < depth:
+        if seen > 0:
+            state[ROW], state[COL], state[HEADING] = row, col, heading
+            state[FOUND], state[FINDS] = found, finds
+            reward, _, over = _find(data, state, 3 if data.n_finds == 1 else 2 + seen)
+            total += weight * reward
+            if over:
+                return total
+            found, finds, seen = state[FOUND], state[FINDS], 0
+            weight *= discount
+            level += 1
+            continue
+        dr, dc = data.steps[heading, 0], data.steps[heading, 1]
+        new_row, new_col = row + dr, col + dc
+        free = 0 <= new_row < data.n_rows and 0 <= new_col < data.n_cols
+        hit_wall = False
+        if walled and free:
+            hit_wall = data.blocked[(row * data.n_cols + col) * HEADINGS + heading]
+            free = not hit_wall
+        left_x, left_y = data.aim[heading, 0, 0], data.aim[heading, 0, 1]
+        right_x, right_y = data.aim[heading, 1, 0], data.aim[heading, 1, 1]
+        far = dr * dr + dc * dc
+        forward, left, right = 0, 0, 0
+        for i in range(data.n_targets):
+            if found >> i & 1:
+                continue
+            north = state[CELLS + 2 * i] - row
+            east = state[CELLS + 2 * i + 1] - col
+            forward |= free and 2 * (north * dr + east * dc) > far
+            left |= left_x * north - left_y * east > 1e-9
+            right |= right_x * north - right_y * east < -1e-9
+        if forward + left + right == 0:
+            forward, left, right = 1, 1, 1
+        wanted = int(uniform(random) * (forward + left + right))
+        reward = data.move
+        if wanted < forward:
+            if free:
+                row, col = new_row, new_col
+            elif hit_wall:
+                reward = data.collision
+        elif wanted < forward + left:
+            heading = (heading + data.turn) & 7
+        else:
+            heading = (heading - data.turn) & 7
+        total += weight * reward
+        weight *= discount
+        level += 1
+        for i in range(data.n_targets):
+            if found >> i & 1 or seen > 0:
+                continue
+            north = state[CELLS + 2 * i] - row
+            east = state[CELLS + 2 * i + 1] - col
+            if -data.reach <= north <= data.reach and -data.reach <= east <= data.reach:
+                place = data.fan[heading, north + data.reach, east + data.reach]
+                if place > 0 and not (
+                    covered
+                    and data.hidden[(row * data.n_cols + col) * HEADINGS + heading, place - 1]
+                ):
+                    seen = i + 1
+    return total
+
+
+register_native(SearchData, NativeFunctions(draw, legal, step, policy, rollout))
+
+
+class NativeSearch:
+    """The search as a `NativeModel`.
+
+    Parameters
+    ----------
+    space : the search space.
+    """
+
+    def __init__(self, space: SearchSpace) -> None:
+        self.space = space
+        self.actions = space.actions
+        self.state_size = CELLS + 2 * len(space.target_ids)
+        self.data = search_data(space)
+
+    def belief(self, agent: Agent) -> SearchBelief:
+        """Return the agent's `GridBelief` as arrays."""
+        grid: GridBelief = agent.belief
+        seen = 0
+        if agent.history:
+            last: SearchObservation = agent.history[-1][1]
+            unfound = (i for i, at in enumerate(last.seen) if at >= 0)
+            seen = next(unfound, -1) + 1
+        robot = grid.robot
+        row, col = robot.cell
+        numbers = (row, col, robot.heading, robot.found, robot.finds, int(robot.looked), seen)
+        return SearchBelief(np.array(numbers, dtype=np.int64), np.cumsum(grid.flat, axis=1))
+
+    def key(self, observation: SearchObservation) -> int:
+        """Return the key that `step` gives for an observation."""
+        key = observation.found
+        for at in observation.seen:
+            key = (key * 1_000_003 + at + 2) & 0xFFFFFFFFFFFFFFFF
+        return key - (1 << 64) if key >> 63 else key
+
+
+def search_data(space: SearchSpace) -> SearchData:
+    """Return a search space as arrays."""
+    config = space.config
+    reach = math.floor(config.sensor_range_cells + 1e-9)
+    most = max(len(fan) for fan in space.fans)
+    fan = np.zeros((HEADINGS, 2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    fan_type = np.uint8 if most < 255 else np.int32
+    fan = fan.astype(fan_type)
+    fans = np.zeros((HEADINGS, most, 2), dtype=np.int64)
+    for heading, offsets in enumerate(space.fans):
+        for place, (dr, dc) in enumerate(offsets):
+            fan[heading, dr + reach, dc + reach] = place + 1
+            fans[heading, place] = dr, dc
+    turn = config.turn_deg // 45
+    ahead = np.arange(HEADINGS) * 2 * np.pi / HEADINGS
+    half = turn * np.pi / HEADINGS
+    aim = np.stack(
+        [np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (ahead + half, ahead - half)], axis=1
+    )
+    return SearchData(
+        n_rows=space.n_rows,
+        n_cols=space.n_cols,
+        n_targets=len(space.target_ids),
+        turn=turn,
+        max_finds=space.max_finds,
+        n_finds=len(space.finds),
+        reach=reach,
+        steps=np.array(space.steps, dtype=np.int64),
+        fan=fan,
+        fans=fans,
+        fan_sizes=np.array([len(f) for f in space.fans], dtype=np.int64),
+        hidden=_hidden(space, most),
+        blocked=_blocked(space),
+        aim=aim,
+        move=float(config.move_reward),
+        right=float(config.right_find_reward),
+        wrong=float(config.wrong_find_reward),
+        collision=float(config.collision_reward),
+        hit=float(config.true_positive_rate),
+        false=float(config.false_positive_rate),
+        sigma=float(config.position_noise_cells),
+        published=int(config.rollout != "random"),
+    )
+
+
+def _hidden(space: SearchSpace, most: int) -> NDArray[np.bool_]:
+    if not (space.config.occlusion and space.tall.any()):
+        return np.zeros((0, 0), dtype=bool)
+    hidden = np.zeros((space.n_cells * HEADINGS, most), dtype=bool)
+    for pose in range(len(hidden)):
+        row, col, heading = space.decode(pose)
+        view = space.view(pose)
+        for place, (dr, dc) in enumerate(space.fans[heading]):
+            hidden[pose, place] = (row + dr) * space.n_cols + col + dc not in view
+    return hidden
+
+
+def _blocked(space: SearchSpace) -> NDArray[np.bool_]:
+    if not space.no_fly:
+        return np.zeros(0, dtype=bool)
+    return np.array([space.collides(pose) for pose in range(space.n_cells * HEADINGS)])
