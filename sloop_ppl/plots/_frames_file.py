@@ -49,10 +49,6 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
     frames : RGB pictures of equal size, at least one.
     path : where to.
     fps : frames a second, > 0; the last frame stays for two seconds.
-
-    Raises
-    ------
-    OutputError : when the file cannot be written.
     """
     from matplotlib.colors import to_rgb
     from PIL import Image as Pictures
@@ -66,21 +62,16 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
     still = [f.quantize(palette=palette, dither=Pictures.Dither.NONE) for f in frames]
     durations = [round(1000 / fps)] * len(still)
     durations[-1] = round(1000 * _LAST_FRAME_S)
-    try:
-        still[0].save(
-            path,
-            format="GIF",
-            save_all=True,
-            append_images=still[1:],
-            duration=durations,
-            loop=0,
-            disposal=1,
-            optimize=False,
-        )
-    except OSError as error:
-        raise OutputError(
-            f"Animation '{path}' cannot be written: {error.strerror or error}"
-        ) from error
+    still[0].save(
+        path,
+        format="GIF",
+        save_all=True,
+        append_images=still[1:],
+        duration=durations,
+        loop=0,
+        disposal=1,
+        optimize=False,
+    )
 
 
 def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> None:
@@ -108,4 +99,4 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
     done = subprocess.run(command, input=raw, capture_output=True, check=False)
     if done.returncode != 0:
         said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing"]
-        raise OutputError(f"Animation '{path}' cannot be written; ffmpeg said: {said[-1]}")
+        raise OutputError(f"The animation cannot be written; ffmpeg said: {said[-1]}")

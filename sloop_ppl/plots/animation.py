@@ -11,8 +11,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.maps import CityMap
+from sloop_ppl.outputs import written_whole
 from sloop_ppl.plots._belief import draw_cells
 from sloop_ppl.plots._frames_file import find_ffmpeg, write_gif, write_mp4
 from sloop_ppl.plots._palette import ACCENTS, INK, PAPER, belief_colours
@@ -80,10 +81,18 @@ def animate_search(
         frames.append(scene.frame(step))
         if progress is not None:
             progress(step + 1, count)
-    if film:
-        write_mp4(frames, chosen, fps, ffmpeg)
-    else:
-        write_gif(frames, chosen, fps)
+    try:
+        with written_whole(chosen) as whole:
+            if film:
+                write_mp4(frames, whole, fps, ffmpeg)
+            else:
+                write_gif(frames, whole, fps)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(
+            f"Animation '{path}' cannot be written: {error.strerror or error}"
+        ) from error
     return chosen
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError, OutputError
+from sloop_ppl.outputs import check_output, written_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +44,7 @@ def check_figure_path(path: str | Path, *, animation: bool = False) -> Path:
     Raises
     ------
     InputError : when the ending is unknown; choose one of those named.
-    OutputError : when the folder does not exist or the path is a folder.
+    OutputError : when the folder is missing or cannot be written to, or the path is a folder.
 
     Examples
     --------
@@ -58,13 +59,7 @@ def check_figure_path(path: str | Path, *, animation: bool = False) -> Path:
         raise InputError(
             f"{what} path '{path}' {ending}; expected one of {', '.join(f'.{k}' for k in known)}"
         )
-    if chosen.is_dir():
-        raise OutputError(f"Figure path '{path}' is a folder; give the path of a file")
-    if not chosen.parent.is_dir():
-        raise OutputError(
-            f"Figure path '{path}' lies in a folder that does not exist; make '{chosen.parent}'"
-        )
-    return chosen
+    return check_output(chosen, (chosen.suffix.lower(),))
 
 
 def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -> Path:
@@ -90,9 +85,9 @@ def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -
     if figure is None:
         raise InputError("The axes belong to no figure any more; draw again and save the result")
     try:
-        with mpl.rc_context({"svg.hashsalt": "sloop"}):
+        with mpl.rc_context({"svg.hashsalt": "sloop"}), written_whole(chosen) as whole:
             figure.savefig(
-                chosen, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)
+                whole, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)
             )
     except OSError as error:
         raise OutputError(

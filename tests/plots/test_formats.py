@@ -48,8 +48,25 @@ def test_an_unknown_ending_names_the_known_ones(name: str, animation: bool, mess
 
 
 def test_a_missing_folder_and_a_folder_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="in a folder that does not exist; make"):
+    with pytest.raises(OutputError, match=r"folder .* does not exist; make it first"):
         check_figure_path(tmp_path / "no" / "map.png")
     (tmp_path / "x.png").mkdir()
-    with pytest.raises(OutputError, match="is a folder; give the path of a file"):
+    with pytest.raises(OutputError, match="is a folder; give the name of a file"):
         check_figure_path(tmp_path / "x.png")
+
+
+def test_a_figure_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    from matplotlib.text import Text
+
+    class Broken(Text):
+        def draw(self, renderer: object) -> None:
+            raise OSError(28, "No space left on device")
+
+    path = tmp_path / "map.png"
+    path.write_text("old")
+    figure = Figure(figsize=(1, 1))
+    figure.add_artist(Broken(0, 0, "x"))
+    with pytest.raises(OutputError, match="cannot be written: No space left on device"):
+        save_figure(figure, path)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
