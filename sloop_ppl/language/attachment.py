@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from sloop_ppl.language.discourse import Figures
@@ -178,8 +177,8 @@ class _Walk:
         clause = self.clause
         said = self.reading.attached
         if clause.named and clause.open and said:
-            other = [a for a in said if a.figures == said[-1].figures != clause.figures]
-            for one in other[-3:]:
+            other = [a for a in said[-3:] if a.figures == said[-1].figures != clause.figures]
+            for one in other:
                 self._give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
         return at + 1
@@ -187,10 +186,10 @@ class _Walk:
     def _on_where(self, at: int) -> int:
         """Read "the Dresden is where the red bike is"."""
         place = self.clause.subject or self.clause.topic or self.reader.last_spoken()
-        figure = _skip(self.reader, at + 1, ("det", "skip", "possessive", "same"))
+        figure = self.reader.past(at + 1, "det", "skip", "possessive", "same")
         if self.reader.kind(figure) != "figure" or place is None:
             return at + 1
-        after = _skip(self.reader, figure + 1, ("be", "skip"))
+        after = self.reader.past(figure + 1, "be", "skip")
         if after == figure + 1 or read_relation(self.reader, after) is not None:
             return at + 1
         self.clause.subject = None
@@ -219,7 +218,7 @@ class _Walk:
     def _on_landmark(self, at: int) -> int:
         """Read a place that no cue precedes: the subject of a clause, or part of a route."""
         ground = self.clause.topic = self.reader.landmark(at)
-        after = _skip(self.reader, at + 1, ("place", "none", "skip"))
+        after = self.reader.past(at + 1, "place", "none", "skip")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = ground
             self.clause.open = False
@@ -243,7 +242,7 @@ class _Walk:
             self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
-        after = _skip(self.reader, at + 1, ("det", "skip", "of", "same"))
+        after = self.reader.past(at + 1, "det", "skip", "of", "same")
         if self.reader.kind(after) in ("figure",):
             return at + 1
         if len(self.clause.figures) > 1 and self.clause.open:
@@ -277,7 +276,7 @@ class _Walk:
         end = at
         while self.reader.kind(end) == "word":
             end += 1
-        onward = _skip(self.reader, end, ("skip", "none"))
+        onward = self.reader.past(end, "skip", "none")
         led = self.reader.kind(at - 1) in ("det", "possessive")
         goes_on = self.reader.kind(onward) == "be"
         waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
@@ -346,15 +345,15 @@ class _Walk:
             return bool(self.clause.pending)
         end = after
         for _ in range(4):
-            be = _skip(self.reader, end, ("be", "see", "subject", "pronoun", "robot", "route"))
+            be = self.reader.past(end, "be", "see", "subject", "pronoun", "robot", "route")
             if be > end:
-                subject = _skip(self.reader, be, ("det", "skip", "possessive", "same"))
+                subject = self.reader.past(be, "det", "skip", "possessive", "same")
                 return self.reader.kind(subject) == "figure"
-            subject = _skip(self.reader, end, ("det", "skip", "possessive"))
+            subject = self.reader.past(end, "det", "skip", "possessive")
             if subject > end and self.reader.kind(subject) == "figure":
                 return self.reader.kind(subject + 1) in ("stop", "end", "comma", "and", "sub")
             spoken = len(self.reader.spoken)
-            got = read_relation(self.reader, _skip(self.reader, end, ("and", "comma", "skip")))
+            got = read_relation(self.reader, self.reader.past(end, "and", "comma", "skip"))
             del self.reader.spoken[spoken:]
             if got is None or not got[0].grounds:
                 return False
@@ -364,7 +363,8 @@ class _Walk:
     def _left_out(self, phrase: RelationPhrase) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, said = self.clause, phrase.relations
-        given = [a for a in self.reading.attached[self.sentence :] if a.figures == clause.figures]
+        recent = self.reading.attached[max(self.sentence, len(self.reading.attached) - 8) :]
+        given = [a for a in recent if a.figures == clause.figures]
         spoken = self.reader.last_spoken()
         sided = said[0] in (*_INVERSE, "middle", "side") or len(said) > 1
         if spoken is None or not sided or not (given or clause.pending):
@@ -423,10 +423,3 @@ class _Walk:
         if len(same) == len(told) == len(told[0].figures):
             dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
         self.reading.attached[self.sentence :] = dealt
-
-
-def _skip(reader: GroundReader, at: int, kinds: Sequence[str]) -> int:
-    """Return the first position from `at` on whose item is of none of the kinds."""
-    while reader.kind(at) in kinds:
-        at += 1
-    return at

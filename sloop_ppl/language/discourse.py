@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import islice
 
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.values import TargetObject
@@ -17,13 +18,14 @@ class Figures:
     Parameters
     ----------
     finder : the objects that can be spoken of.
-    order : ids in the order they were first spoken of.
+    order : ids in the order they were first spoken of -> when they were last spoken of.
     """
 
     finder: FigureFinder
-    order: list[str] = field(default_factory=list)
+    order: dict[str, int] = field(default_factory=dict)
     inferred: dict[str, TargetObject] = field(default_factory=dict)
     _last: tuple[str, ...] = ()
+    _turn: int = 0
 
     @property
     def open_ended(self) -> bool:
@@ -41,26 +43,30 @@ class Figures:
             return (spoken or rest)[:1]
         if len(ids) < 2:
             return ids
-        recent = tuple(i for i in reversed(self.order) if i in ids)
+        recent = self._recent(ids)
         if recent:
             last = tuple(i for i in self._last if i in ids)
             return (last or recent)[:1]
         return ids[:1] if not self.open_ended else ()
 
     def _plural(self, ids: tuple[str, ...]) -> tuple[str, ...]:
-        spoken = tuple(i for i in self.order if i in ids)
+        spoken = tuple(i for i in ids if i in self.order)
         return spoken if len(spoken) > 1 else ids
 
     def known(self, ids: tuple[str, ...]) -> tuple[str, ...]:
         """Return the first of the ids, the one last spoken of if one was."""
-        recent = [i for i in reversed(self.order) if i in ids]
-        return tuple(recent[:1]) or ids[:1]
+        return self._recent(ids)[:1] or ids[:1]
+
+    def _recent(self, ids: tuple[str, ...]) -> tuple[str, ...]:
+        """Return those of the ids that were spoken of, the latest first."""
+        spoken = [i for i in ids if i in self.order]
+        return tuple(sorted(spoken, key=lambda i: -self.order[i]))
 
     def spoke_of(self, ids: tuple[str, ...]) -> None:
         """Remember that these objects were the subject."""
         for one in ids:
-            if one not in self.order:
-                self.order.append(one)
+            self._turn += 1
+            self.order[one] = self._turn
         if ids:
             self._last = ids
 
@@ -74,7 +80,11 @@ class Figures:
 
     def all(self) -> tuple[str, ...]:
         """Return the objects that "they" stands for."""
-        return self._last if len(self._last) > 1 else tuple(self.order[-3:])
+        return (
+            self._last
+            if len(self._last) > 1
+            else tuple(reversed([*islice(reversed(self.order), 3)]))
+        )
 
     def targets(self) -> tuple[TargetObject, ...]:
         """Return the objects spoken of, in order."""

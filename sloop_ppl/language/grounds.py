@@ -18,6 +18,9 @@ WHOLE_MAP = "Map"
 """Id of the ground of "the top left of the map"; used where the map holds it."""
 
 _LONGEST_NAME = 8
+_FARTHEST = 12
+_DEEPEST = 6
+_REMEMBERED = 30
 _VAGUE = ("building", "street", "parking lot", "square", "water")
 _INTO = ("of", "to", "houses", "from")
 
@@ -60,6 +63,7 @@ class GroundReader:
     places: PlaceIndex
     chosen: dict[int, int]
     spoken: list[Ground] = field(default_factory=list)
+    depth: int = 0
 
     def kind(self, at: int) -> str:
         """Return the kind of the item at a position, ``"end"`` past the last one."""
@@ -69,11 +73,32 @@ class GroundReader:
         """Return the value of the item at a position."""
         return self.items[at].value if 0 <= at < len(self.items) else None
 
+    def past(self, at: int, *kinds: str) -> int:
+        """Return the first position from `at` on of none of the kinds, not too far ahead."""
+        end = at + _FARTHEST
+        while at < end and self.kind(at) in kinds:
+            at += 1
+        return at
+
     def read(self, at: int) -> tuple[Ground, int] | None:
         """Return the ground that begins at an item, and the item after it; None if none does."""
+        self.depth += 1
+        try:
+            return self._read(at) if self.depth < _DEEPEST else None
+        finally:
+            self.depth -= 1
+
+    def _read(self, at: int) -> tuple[Ground, int] | None:
         start = at
         definite = pointing = False
-        while self.kind(at) in ("det", "skip", "possessive", "only", "same", "none"):
+        while at < start + _FARTHEST and self.kind(at) in (
+            "det",
+            "skip",
+            "possessive",
+            "only",
+            "same",
+            "none",
+        ):
             pointing = pointing or self.kind(at) == "same"
             definite = definite or self.items[at].value == "the" or pointing
             at += 1
@@ -124,8 +149,10 @@ class GroundReader:
     def _landmark(self, at: int) -> tuple[Ground, int]:
         ground = self.landmark(at)
         after = at + 1
-        while self.kind(after) in ("place", "junction", "none") and not (
-            self.kind(after + 1) == "of" or self.kind(after + 1) == "figure"
+        while (
+            after < at + _FARTHEST
+            and self.kind(after) in ("place", "junction", "none")
+            and self.kind(after + 1) not in ("of", "figure")
         ):
             after += 1
         return ground, after
@@ -146,7 +173,7 @@ class GroundReader:
         """Return the ground that a kind of place stands for."""
         item = self.items[at]
         after = at + 1
-        while self.kind(after) == "place":
+        while after < at + _FARTHEST and self.kind(after) == "place":
             item, after = self.items[after], after + 1
         if self.kind(after) == "landmark" and not pointing:
             return self._landmark(after)
@@ -158,7 +185,7 @@ class GroundReader:
         first, last = self.items[start].first, item.last
         matching = self.places.of_kind(str(item.value))
         if pointing or (definite and (item.value not in _VAGUE or self._sided(start))):
-            for ground in reversed(self.spoken):
+            for ground in reversed(self.spoken[-_REMEMBERED:]):
                 if ground.ids[0] in matching:
                     return Ground("landmark", first, last, ground.ids, confidence=0.8), after
         best = self.places.best_of_kind(str(item.value), self._norms(item))
@@ -180,9 +207,7 @@ class GroundReader:
             at += 1
         if self.kind(at) not in _INTO:
             return None
-        onward = at + 1
-        while self.kind(onward) in ("det", "skip", "same", "none"):
-            onward += 1
+        onward = self.past(at + 1, "det", "skip", "same", "none")
         if self.kind(onward) == "landmark":
             return self._landmark(onward)
         if self.kind(onward) in ("place", "pronoun", "word"):

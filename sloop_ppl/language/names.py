@@ -83,6 +83,7 @@ class NameIndex:
         told = _named_tokens(city)
         count = Counter(t for _, t in {(i, t) for i, tokens in told for t in tokens})
         self.names = [_name(i, tokens, count) for i, tokens in told]
+        self.spelt = [" ".join(name.tokens) for name in self.names]
         self.vocabulary: dict[str, list[Hit]] = {}
         self.joined: dict[str, list[Hit]] = {}
         for n, name in enumerate(self.names):

@@ -23,9 +23,8 @@ def nearest_landmarks(said: str, index: NameIndex, count: int = 3) -> tuple[str,
     words = " ".join(canonical(w.low) for w in split_words(said[:80]) if w.kind != "mark")
     if not words:
         return ()
-    names = {n: " ".join(name.tokens) for n, name in enumerate(index.names)}
     found = process.extract(
-        words, names, scorer=fuzz.token_sort_ratio, score_cutoff=45, limit=4 * count
+        words, index.spelt, scorer=fuzz.token_sort_ratio, score_cutoff=45, limit=4 * count
     )
     ids = dict.fromkeys(index.landmarks[index.names[n].landmark].id for _, _, n in found)
     return tuple(ids)[:count]

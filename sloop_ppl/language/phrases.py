@@ -13,6 +13,9 @@ __all__ = ["RelationPhrase", "read_relation"]
 _MAP_SIDES = {"top": "north", "below": "south", "left": "west", "right": "east",
               "up": "north", "down": "south", "above": "north"}  # fmt: skip
 _MOST_GROUNDS = 6
+_MOST_PARTS = 8
+_PARTS = ("part", "junction", "skip", "none", "dir")
+_JOINING = ("between", "on", "at", "in")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,17 +51,14 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
     at : position of the first item; a distance may come first.
     """
     start, distance = at, None
-    while reader.kind(at) == "skip":
-        at += 1
+    at = reader.past(at, "skip")
     if reader.kind(at) == "distance":
         distance = float(reader.items[at].value)
-        at += 1
-        while reader.kind(at) == "skip":
-            at += 1
+        at = reader.past(at + 1, "skip")
         if reader.kind(at) == "cue" and reader.items[at].value.relation in ("within",):
             at += 1
-    elif reader.kind(at) == "cue" and reader.kind(_past_skips(reader, at + 1)) == "distance":
-        inner = read_relation(reader, _past_skips(reader, at + 1))
+    elif reader.kind(at) == "cue" and reader.kind(reader.past(at + 1, "skip")) == "distance":
+        inner = read_relation(reader, reader.past(at + 1, "skip"))
         if inner is not None and reader.items[at].value.relation in ("within", "at", "in", "near"):
             return replace(inner[0], cue=(reader.items[at].first, inner[0].cue[1])), inner[1]
     found = _head(reader, at, distance is not None)
@@ -69,12 +69,6 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
         phrase = replace(phrase, distance_m=round(distance, 3))
         phrase = replace(phrase, cue=(reader.items[start].first, phrase.cue[1]))
     return phrase, after
-
-
-def _past_skips(reader: GroundReader, at: int) -> int:
-    while reader.kind(at) == "skip":
-        at += 1
-    return at
 
 
 def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase, int] | None:
@@ -108,9 +102,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
 
 def _past_leads(reader: GroundReader, at: int) -> int:
     """Return the position after articles, intensifiers and "my": where a direction may stand."""
-    while reader.kind(at) in ("det", "skip", "possessive", "none"):
-        at += 1
-    return at
+    return reader.past(at, "det", "skip", "possessive", "none")
 
 
 def _simple(
@@ -149,19 +141,14 @@ def _own_side(reader: GroundReader, at: int) -> tuple[tuple[str, ...], int] | No
     if reader.kind(at) != "dir" or not word.endswith("'s"):
         return None
     directions = tuple(reader.items[at].value)
-    at += 1
-    while reader.kind(at) in ("part", "junction"):
-        at += 1
-    return directions, at
+    return directions, reader.past(at + 1, "part", "junction")
 
 
 def _more(reader: GroundReader, ground: Ground, at: int) -> tuple[tuple[Ground, ...], int, bool]:
     """Read further grounds after "and" or a comma; tell whether a corner of them was meant."""
     grounds = [ground]
     while len(grounds) < _MOST_GROUNDS and ground.kind == "landmark":
-        onward = at
-        while reader.kind(onward) in ("comma", "and", "or", "skip", "none"):
-            onward += 1
+        onward = reader.past(at, "comma", "and", "or", "skip", "none")
         if onward == at or all(reader.kind(k) in ("skip", "none") for k in range(at, onward)):
             break
         after = _past_leads(reader, onward)
@@ -179,15 +166,12 @@ def _more(reader: GroundReader, ground: Ground, at: int) -> tuple[tuple[Ground, 
 
 def _is_subject(reader: GroundReader, at: int) -> bool:
     """Whether the place before an item begins a clause of its own ("and the Dresden is ...")."""
-    while reader.kind(at) in ("skip", "none", "place"):
-        at += 1
+    at = reader.past(at, "skip", "none", "place")
     if reader.kind(at) == "neg":
         return True
     if reader.kind(at) != "be":
         return False
-    onward = at + 1
-    while reader.kind(onward) in ("be", "skip", "det", "possessive", "same"):
-        onward += 1
+    onward = reader.past(at + 1, "be", "skip", "det", "possessive", "same")
     return reader.kind(onward) != "figure"
 
 
@@ -223,9 +207,7 @@ def _all_of(reader: GroundReader, at: int) -> tuple[tuple[Ground, ...], int]:
         at = after
         if reader.kind(at) == "junction" and reader.kind(at + 1) != "of":
             at += 1
-        onward = at
-        while reader.kind(onward) in ("comma", "and", "or", "skip", "none"):
-            onward += 1
+        onward = reader.past(at, "comma", "and", "or", "skip", "none")
         if onward == at:
             break
         if len(grounds) > 1 and not any(reader.kind(k) in ("and", "or") for k in range(at, onward)):
@@ -244,12 +226,9 @@ def _junction(
 ) -> tuple[RelationPhrase, int]:
     """Read "corner of A and B"; without grounds the streets spoken of last are meant."""
     cue = first, reader.items[at].last
-    onward = at + 1
-    while reader.kind(onward) in ("of", "skip", "where", "houses", "junction", "from") or (
-        reader.kind(onward) == "cue"
-        and reader.items[onward].value.relation in ("between", "on", "at", "in")
-    ):
-        onward += 1
+    onward = reader.past(at + 1, "of", "skip", "where", "houses", "junction", "from")
+    if reader.kind(onward) == "cue" and reader.items[onward].value.relation in _JOINING:
+        onward = reader.past(onward + 1, "of", "skip")
     grounds, after = _all_of(reader, onward)
     if not grounds:
         return RelationPhrase(relations, (), cue, cue[1], negated=negated), at + 1
@@ -268,7 +247,7 @@ def _direction(
     own = _owner(reader, at - 1) if first < reader.items[at].first else ""
     onward = at + 1
     corner = part = False
-    while reader.kind(onward) in ("part", "junction", "skip", "none", "dir"):
+    while onward < at + _MOST_PARTS and reader.kind(onward) in _PARTS:
         if reader.kind(onward) == "dir":
             directions += tuple(reader.items[onward].value)
         corner = corner or reader.kind(onward) == "junction"
@@ -322,7 +301,7 @@ def _map_sides(directions: tuple[str, ...]) -> tuple[str, ...]:
 
 def _owner(reader: GroundReader, at: int) -> str:
     """Return whose side it is: the robot's ("your left"), a place's ("its left"), or nobody's."""
-    while reader.kind(at) in ("skip", "none"):
+    if reader.kind(at) in ("skip", "none"):
         at -= 1
     if reader.kind(at) == "robot":
         return "robot"
