@@ -34,7 +34,7 @@ def agent_of(space: SearchSpace, tables, pose: int, *, looked=True, seed=0) -> A
     return Agent(
         belief,
         SearchPolicyModel(space, random.Random(seed)),
-        SearchTransitionModel(),
+        SearchTransitionModel(space),
         SearchObservationModel(space),
         SearchRewardModel(space),
     )
