@@ -6,7 +6,6 @@ from typing import Protocol, runtime_checkable
 
 from torch import Tensor
 
-from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.registry import Registry
 
@@ -18,6 +17,14 @@ class RelationLikelihood(Protocol):
     """How true a relation is of each cell: log g, with g in [0, 1].
 
     Shape legend: S cells of the term's map, B directions.
+
+    Notes
+    -----
+    ``log_g`` is all a likelihood must have. One that knows its expectation over a frame in closed
+    form may have ``log_marginal(term, frame) -> (S,)`` too; see
+    :func:`sloop_ppl.models.likelihoods.frame_marginal`. One with numbers to tune is a frozen
+    dataclass that declares them as ``parameters``; see
+    :class:`sloop_ppl.models.likelihoods.Parameter`.
     """
 
     def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
@@ -34,9 +41,6 @@ class RelationLikelihood(Protocol):
         Tensor
             At most 0, shape (B, S), or (S,) without a direction.
         """
-
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
-        """Return log E[g] over the frame of a frame relation, shape (S,)."""
 
 
 LIKELIHOODS: Registry[RelationLikelihood] = Registry("likelihood")
