@@ -106,6 +106,8 @@ def _areas(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
         "square": (palette.square, palette.road_edge),
         "pedestrian": (palette.square, palette.road_edge),
     }
+    for shape in _polygons(city.of_kind("poi"), window):  # a campus, a marina, a market: grounds
+        draw_shape(ax, shape, facecolor=palette.square, edgecolor="none", zorder=0.2)
     for kind, (face, edge) in fills.items():
         for shape in _polygons(city.of_kind(kind), window):
             draw_shape(
@@ -218,7 +220,7 @@ def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
 
 
 def _buildings(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
-    for shape in _polygons(city.of_kind("building", "poi"), window):
+    for shape in _polygons(city.of_kind("building"), window):
         draw_shape(
             ax,
             shape,
