@@ -10,6 +10,7 @@ from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.osm.buildings import Buildings
+from sloop_ppl.maps.osm.coast import sea
 from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
 from sloop_ppl.maps.osm.feature import OsmData
 from sloop_ppl.maps.osm.landmarks import landmarks_of
@@ -84,6 +85,8 @@ def build_map(
     tell(f"sorting out {len(data.features)} features")
     features = projected(data.features, grid)
     pieces = merge_pieces(pieces_of(features, grid, report), report)
+    if (water := sea(features, grid)) is not None:
+        pieces.append(water)
     tell(f"furnishing {len(pieces)} landmarks")
     buildings = Buildings(pieces)
     buildings.take_doors(features, grid.to_lonlat, report)

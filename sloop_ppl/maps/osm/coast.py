@@ -1,0 +1,75 @@
+"""Tell the sea from the land by the coastline, which has the water on its right."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from sloop_ppl.maps.grid import Grid
+from sloop_ppl.maps.osm.feature import OsmFeature, source_key
+from sloop_ppl.maps.osm.pieces import Piece
+from sloop_ppl.maps.shapes import parts_of_dimension
+
+__all__ = ["sea"]
+
+_BESIDE_M = 0.05
+_SURE = 0.9
+
+
+def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
+    """Return the sea within a grid's extent as one nameless water; None when no coast crosses it.
+
+    Parameters
+    ----------
+    features : features in metres; those with ``natural=coastline`` count.
+    grid : the grid.
+
+    Notes
+    -----
+    The coast cuts the extent into faces. A face is sea when it lies on the right of the coast along
+    nine tenths of its shore; a coast that ends inside the extent cuts nothing off.
+    """
+    coasts = [f for f in features if f.tags.get("natural") == "coastline"]
+    lines = [f.geometry if f.outline is None else f.outline for f in coasts]
+    box = shapely.box(*grid.extent_m)
+    shore = [part for line in lines for part in shapely.get_parts(shapely.intersection(line, box))]
+    shore = [part for part in shore if part.geom_type == "LineString" and part.length > 0]
+    if not shore:
+        return None
+    faces = shapely.get_parts(shapely.polygonize([_noded([box.exterior, *shore])]))
+    wet = [face for face in faces if _is_sea(face, shore)]
+    if not wet:
+        return None
+    area = parts_of_dimension(shapely.union_all(wet), 2)
+    if area is None:
+        return None
+    sources = sorted((f.source for f in coasts), key=source_key)
+    return Piece(sources, "water", "Sea", None, {"natural": "coastline"}, area)
+
+
+def _noded(lines: list[BaseGeometry]) -> BaseGeometry:
+    """Return lines cut wherever they meet, as one collection."""
+    cut: BaseGeometry = shapely.geometrycollections(shapely.get_parts(shapely.union_all(lines)))
+    return cut
+
+
+def _is_sea(face: BaseGeometry, shore: list[BaseGeometry]) -> bool:
+    right = left = 0.0
+    shapely.prepare(face)
+    for line in shore:
+        ends = shapely.get_coordinates(line)
+        along = np.diff(ends, axis=0)
+        length = np.hypot(*along.T)
+        some = length > 0
+        middle, along, length = ((ends[:-1] + ends[1:]) / 2)[some], along[some], length[some]
+        beside = _BESIDE_M * np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+        right += float(length[_holds(face, middle + beside)].sum())
+        left += float(length[_holds(face, middle - beside)].sum())
+    return right > 0 and right >= _SURE * (right + left)
+
+
+def _holds(face: BaseGeometry, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    held: NDArray[np.bool_] = shapely.contains_xy(face, places[:, 0], places[:, 1])
+    return held
