@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, RelationTerm
+from sloop_ppl.models import Preset, RelationTerm, SharedFrames
 from sloop_ppl.registry import Registry
 
 __all__ = ["ENGINES", "Engine", "InferenceInfo", "LogFactors"]
@@ -39,15 +39,18 @@ class InferenceInfo:
 class LogFactors:
     """What an engine computes: how a description weighs component and cell of each target.
 
-    Shape legend: N targets, K components, S cells.
+    Shape legend: N targets, C settings of shared frames, K components, S cells.
 
     Parameters
     ----------
     components : names, length K.
-    log_factor : log of weight times likelihood, the cells' prior left out, shape (N, K, S).
+    shared : the frames that targets share, and the prior of their settings.
+    log_factor : log of weight times likelihood given the shared frames, the priors of cells and
+        of shared frames left out, shape (N, C, K, S).
     """
 
     components: tuple[str, ...]
+    shared: SharedFrames
     log_factor: NDArray[np.float64]
 
 

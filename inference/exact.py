@@ -41,30 +41,32 @@ def exact(
     """
     evidence = gather_evidence(terms, city, model, truths)
     factors = enumerated_log_factors(evidence, torch.from_numpy(log_prior))
-    return LogFactors(evidence.components, factors.numpy())
+    return LogFactors(evidence.components, evidence.shared, factors.numpy())
 
 
 def enumerated_log_factors(evidence: Evidence, log_prior: Tensor) -> Tensor:
-    """Run the Pyro program with component and cell enumerated; return (N, K, S).
+    """Run the Pyro program with its discrete sites enumerated; return (N, C, K, S).
 
     Notes
     -----
     The joint table is contracted from the enumerated trace: `TraceEnum_ELBO.compute_marginals`
-    gives single marginals only. The prior over cells is left out of the result, so that zeros in
-    it can be put back without dividing by zero.
+    gives single marginals only. The priors of cells and of shared frames are left out of the
+    result, so that zeros in them can be put back without dividing by zero.
     """
-    n, k, _, s = evidence.log_truth.shape
+    c, n, k, _, s = evidence.log_truth.shape
     enumerated = poutine.enum(config_enumerate(observation_model), first_available_dim=-3)
     with pyro.validation_enabled(False), torch.no_grad():
         trace = poutine.trace(enumerated).get_trace(evidence, log_prior)
-        trace.compute_log_prob(lambda name, _: name != "cell")
+        trace.compute_log_prob(lambda name, _: name in ("component", "normaliser", "truth"))
     sites = trace.nodes
+    # Enumerated dimensions are laid out from the right: shared, component, cell.
     log_joint: Tensor = (
         sites["component"]["log_prob"]
         + sites["normaliser"]["log_prob"]
         + sites["truth"]["log_prob"].sum(-1, keepdim=True)
     )
-    return log_joint.expand(s, k, n, 1)[..., 0].permute(2, 1, 0).contiguous()
+    full = (s, k, c, n, 1) if c > 1 else (s, k, n, 1)
+    return log_joint.expand(full).reshape(s, k, c, n).permute(3, 2, 1, 0).contiguous()
 
 
 ENGINES.add("exact", exact)

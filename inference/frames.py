@@ -11,10 +11,20 @@ import torch
 from numpy.typing import NDArray
 
 from sloop_ppl.inference.summaries import circular_summary
-from sloop_ppl.models import FramePart, Preset, RelationTerm
-from sloop_ppl.models.evidence import asserted_log_g, log_denied
+from sloop_ppl.models import (
+    FrameDistribution,
+    FramePart,
+    Preset,
+    RelationTerm,
+    SharedFrames,
+    log_phrase,
+    log_phrase_given_front,
+)
 
-__all__ = ["FrameSummary", "summarise_frame"]
+__all__ = ["FrameSummary", "summarise_frame", "summarise_shared_frame"]
+
+Ratio = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Posterior over prior density of fronts, up to a constant."""
 
 _BINS = 360
 
@@ -59,20 +69,44 @@ def summarise_frame(
     -----
     p(psi | said) = p(psi) [unused + sum_s used(s) g(s, psi) / E_psi g(s, psi)].
     """
-    prior = model.frame_prior(term)
     cells = np.flatnonzero(used > 1e-7 * max(used.max(), 1e-300))
-    marginal = asserted_log_g(term, model)
-    if term.negated:
-        marginal = log_denied(marginal)
-    shares = torch.from_numpy(used[cells]).log() - marginal[cells]
+    shares = torch.from_numpy(used[cells]).log() - log_phrase(term, model)[cells]
 
     def ratio(fronts: NDArray[np.float64]) -> NDArray[np.float64]:
-        directions = torch.from_numpy(fronts + term.offset_rad)
-        log_g = model.likelihood.log_g(term, directions)[:, cells]
-        if term.negated:
-            log_g = log_denied(log_g)
-        return np.asarray(unused + torch.exp(log_g + shares).sum(-1).numpy())
+        log_p = log_phrase_given_front(term, model, fronts)[:, cells]
+        return np.asarray(unused + torch.exp(log_p + shares).sum(-1).numpy())
 
+    return _summaries(term, model.frame_prior(term), ratio)
+
+
+def summarise_shared_frame(
+    term: RelationTerm, model: Preset, shared: SharedFrames, settings: NDArray[np.float64]
+) -> tuple[FrameSummary, ...]:
+    """Return the posterior of each part of a shared frame's prior, most probable first.
+
+    Parameters
+    ----------
+    term : a frame relation whose ground's front is shared.
+    model : the observation model.
+    shared : the frames that are shared.
+    settings : posterior of their joint settings, shape (C,).
+    """
+    prior = model.frame_prior(term)
+    fronts = shared.fronts_rad[:, shared.grounds.index(term.ground)]
+    angles, mass = prior.bins(len(np.unique(fronts)))
+    posterior = np.array([settings[np.isclose(fronts, angle)].sum() for angle in angles])
+    gain = posterior / np.maximum(mass, 1e-300)
+
+    def ratio(at: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.interp(at, angles, gain, period=2 * math.pi)
+
+    return _summaries(term, prior, ratio)
+
+
+def _summaries(
+    term: RelationTerm, prior: FrameDistribution, ratio: Ratio
+) -> tuple[FrameSummary, ...]:
+    """Weigh each part of a prior by how much likelier its fronts have become."""
     angles = np.linspace(-math.pi, math.pi, _BINS, endpoint=False)
     parts = [_part(part, angles, ratio) for part in prior.parts]
     lapse = prior.lapse * float(ratio(angles).mean()) if prior.lapse else 0.0
@@ -87,7 +121,7 @@ def summarise_frame(
 def _part(
     part: FramePart,
     angles: NDArray[np.float64],
-    ratio: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ratio: Ratio,
 ) -> tuple[float, float, float | None]:
     """Return the unnormalised posterior weight, mean and concentration of one part."""
     if math.isinf(part.kappa):

@@ -11,8 +11,9 @@ import numpy as np
 
 from sloop_ppl.errors import DescriptionError, InputError, UnknownName
 from sloop_ppl.inference.engine import ENGINES, InferenceInfo
-from sloop_ppl.inference.posterior import Posterior, Said
+from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.inference.said import Said
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset, ground_relations, preset
@@ -75,7 +76,15 @@ def infer_description(
         engine=engine,
         log_prior=log_prior,
         said={
-            target: (Said(description, factors.components, factors.log_factor[i], terms[i]),)
+            target: (
+                Said(
+                    description,
+                    factors.components,
+                    factors.log_factor[i],
+                    terms[i],
+                    factors.shared,
+                ),
+            )
             if heard[i]
             else ()
             for i, target in enumerate(targets)

@@ -9,40 +9,41 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from sloop_ppl.errors import BeliefCollapse, InputError, UnknownName
+from sloop_ppl.inference.coupling import Coupling
+from sloop_ppl.inference.draws import draws_from, uniforms_for
 from sloop_ppl.inference.engine import InferenceInfo
-from sloop_ppl.inference.frames import FrameSummary, summarise_frame
-from sloop_ppl.inference.summaries import entropy_nats, expected_m, hpd_cells, mode_m
+from sloop_ppl.inference.export_geojson import cells_geojson
+from sloop_ppl.inference.frames import FrameSummary, summarise_frame, summarise_shared_frame
+from sloop_ppl.inference.fronts import find_framed
+from sloop_ppl.inference.influence import Influence, influence_on
+from sloop_ppl.inference.log_evidence import LogEvidence, words_of
+from sloop_ppl.inference.regions import probability_in
+from sloop_ppl.inference.said import Said
+from sloop_ppl.inference.summaries import (
+    entropy_nats,
+    expected_distance_m,
+    expected_m,
+    hpd_cells,
+    mode_m,
+)
+from sloop_ppl.inference.tables import (
+    component_table,
+    frame_array,
+    frame_table,
+    responsibility_table,
+)
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, RelationTerm
+from sloop_ppl.models import Preset
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Posterior", "Said"]
+__all__ = ["Posterior"]
 
 Table = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Said:
-    """What one description says of one target, weighed.
-
-    Parameters
-    ----------
-    description : the description.
-    components : names of the mixture's components, length K.
-    log_factor : log of component weight times likelihood, shape (K, S).
-    terms : the relations of the target, grounded.
-    """
-
-    description: Description
-    components: tuple[str, ...]
-    log_factor: Table
-    terms: tuple[RelationTerm, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,7 +66,8 @@ class Posterior:
     -----
     The posterior of a target's component and cell given all descriptions d is
     prior(s) sensed(s) prod_d sum_k factor_d(k, s): a new component is drawn for each description,
-    so two updates are not one longer description, and updates commute.
+    so two updates are not one longer description, and updates commute. Frames that a description
+    shares between targets couple their beliefs: what is learnt of one tells of the other.
     """
 
     city: CityMap
@@ -91,7 +93,11 @@ class Posterior:
 
     def belief(self, target: str) -> Table:
         """Return the probability of each cell, summing to one, row 0 in the south, shape (H, W)."""
-        return self._log_belief(target)[0].reshape(self.city.grid.shape)
+        self._said(target)
+        if target not in self._cache:
+            self._cache[target] = self._coupling.belief(target).reshape(self.city.grid.shape)
+        belief: Table = self._cache[target]
+        return belief
 
     @property
     def descriptions(self) -> tuple[Description, ...]:
@@ -105,9 +111,17 @@ class Posterior:
         return tuple(d.text for d in self.descriptions)
 
     @property
-    def log_evidence(self) -> float:
-        """Log probability of all that was said and sensed, summed over targets."""
-        return float(sum(self._log_belief(target)[1] for target in self.targets))
+    def log_evidence(self) -> LogEvidence:
+        """Log probability of all that was said and sensed; it ranks no unlike models.
+
+        See :func:`sloop_ppl.inference.rank_models`.
+        """
+        return LogEvidence(
+            self._coupling.log_evidence,
+            str(self.model.normalisation),
+            self.model.name,
+            words_of(self),
+        )
 
     def component(self, target: str, which: int = -1) -> dict[str, float]:
         """Return the posterior probability of each component.
@@ -138,10 +152,14 @@ class Posterior:
         summaries: list[FrameSummary] = []
         for which, said in enumerate(self._said(target)):
             framed = [term for term in said.terms if term.needs_frame and uses.any()]
-            joint = self._joint(target, which) if framed else np.zeros((len(uses), 0))
+            joint = self._coupling.joint(target, which) if framed else np.zeros((1, len(uses), 0))
             for term in framed:
-                used, unused = joint[uses].sum(0), float(joint[~uses].sum())
-                summaries += summarise_frame(term, self.model, used, unused)
+                if term.ground in said.shared.grounds:
+                    settings = self._coupling.settings(said)
+                    summaries += summarise_shared_frame(term, self.model, said.shared, settings)
+                else:
+                    used, unused = joint[:, uses].sum((0, 1)), float(joint[:, ~uses].sum())
+                    summaries += summarise_frame(term, self.model, used, unused)
         return tuple(summaries)
 
     def relations(self, target: str) -> tuple[SpatialRelation, ...]:
@@ -165,6 +183,116 @@ class Posterior:
         if not 0 < mass <= 1:
             raise InputError(f"mass is {mass}; expected a probability in (0, 1]")
         return hpd_cells(self.belief(target), mass)
+
+    def frame(
+        self, target: str, ground: str | None = None, relation: int | None = None, bins: int = 72
+    ) -> xarray.DataArray:
+        """Return how probable each direction of a ground's front is.
+
+        Parameters
+        ----------
+        target : id of the target it was said of.
+        ground : id of the landmark; may be left out when the target has one frame only.
+        relation : index in :meth:`relations`, when two relations speak of the same ground.
+        bins : number of equal directions B, the first centred on east, anticlockwise.
+
+        Returns
+        -------
+        xarray.DataArray
+            Dim angle (radians), sums to one; its coordinate ``prior`` is what was believed before.
+
+        Raises
+        ------
+        InputError : when nothing depends on a frame, or several frames fit.
+        UnknownName : when there is no such target, or no frame of such a ground.
+        """
+        return frame_array(self, target, find_framed(self, target, ground, relation), bins)
+
+    def joint(self, target: str, which: int = -1) -> xarray.DataArray:
+        """Return p(component, cell), dims component, y, x, for one description of a target."""
+        self._said(target)
+        return component_table(self, target, which)
+
+    def joint_frame(
+        self, target: str, relation: int | None = None, ground: str | None = None, bins: int = 72
+    ) -> xarray.DataArray:
+        """Return p(front, cell), dims angle, y, x, for one frame; arguments as in :meth:`frame`."""
+        return frame_table(self, target, find_framed(self, target, ground, relation), bins)
+
+    def responsibilities(self, target: str, which: int = -1) -> xarray.DataArray:
+        """Return p(component | cell), dims component, y, x; NaN where the target cannot be."""
+        self._said(target)
+        return responsibility_table(self, target, which)
+
+    def influence(
+        self, target: str, rng: np.random.Generator | None = None
+    ) -> tuple[Influence, ...]:
+        """Return how many bits each relation moves the belief: inferred again without it.
+
+        Parameters
+        ----------
+        target : id of the target.
+        rng : wanted by engines that draw.
+        """
+        self._said(target)
+        return influence_on(self, target, rng)
+
+    def expected_distance(self, target: str, place_m: tuple[float, float]) -> float:
+        """Return the mean distance from a place (x, y) to the target, metres."""
+        return expected_distance_m(self.belief(target), self.city.grid, place_m)
+
+    def probability_in(self, target: str, polygon: Any) -> float:
+        """Return the probability that a target is inside a shapely polygon, metres.
+
+        A cell that is partly inside counts by the share of its area.
+
+        Raises
+        ------
+        InputError : when it is no polygon, is empty, or crosses itself.
+        """
+        return probability_in(self.belief(target), self.city.grid, polygon)
+
+    def draws(self, target: str, n: int, *, rng: np.random.Generator) -> xarray.Dataset:
+        """Draw cells, components and fronts together.
+
+        Parameters
+        ----------
+        target : id of the target.
+        n : how many, > 0.
+        rng : where they are drawn from.
+
+        Returns
+        -------
+        xarray.Dataset
+            See :func:`sloop_ppl.inference.draws.draws_from`.
+        """
+        return draws_from(self, target, uniforms_for(self, target, n, rng))
+
+    def to_geojson(self, target: str | None = None, least: float = 0.0) -> dict[str, Any]:
+        """Return the cells of a target, or of all, as GeoJSON squares with their probability.
+
+        Parameters
+        ----------
+        target : id of the target; None for all.
+        least : cells of a lower probability are left out, in [0, 1).
+
+        Raises
+        ------
+        InputError : when the map has no centre on earth.
+        """
+        return cells_geojson(self, self.targets if target is None else (target,), least)
+
+    def to_arviz(self, n: int = 1000, *, rng: np.random.Generator | None = None) -> Any:
+        """Return n draws of every target as an ArviZ InferenceData (needs ``sloop-ppl[arviz]``).
+
+        Parameters
+        ----------
+        n : draws of each target, > 0.
+        rng : where they are drawn from; None for draws that lie evenly, the same every time.
+        """
+        from sloop_ppl.inference.export_arviz import to_arviz
+
+        return to_arviz(self, n, rng)
 
     def update(self, description: Description, rng: np.random.Generator | None = None) -> Posterior:
         """Return the posterior after one more description; the order of updates is irrelevant.
@@ -253,36 +381,30 @@ class Posterior:
             raise UnknownName("target", target, self.targets)
         return self.said[target]
 
-    def _log_belief(self, target: str) -> tuple[Table, float]:
-        """Return belief, shape (S,), and log evidence."""
-        if target not in self._cache:
-            log_p = self._log_weight(target)
-            total = float(logsumexp(log_p))
-            belief = np.exp(log_p - total)
-            self._cache[target] = belief / belief.sum(), total
-        cached: tuple[Table, float] = self._cache[target]
-        return cached
+    @property
+    def _coupling(self) -> Coupling:
+        if "" not in self._cache:
+            self._cache[""] = Coupling(self.log_prior, self.log_sensed, self.said)
+        coupling: Coupling = self._cache[""]
+        return coupling
 
-    def _log_weight(self, target: str, leave_out: int | None = None) -> Table:
-        """Return prior, sensing and descriptions (but one) at each cell, shape (S,)."""
-        said = self._said(target)
-        skip = None if leave_out is None else leave_out % len(said)
-        log_p: Table = self.log_prior[target] + self.log_sensed[target]
-        for i, part in enumerate(said):
-            if i != skip:
-                log_p = log_p + logsumexp(part.log_factor, axis=0)
-        return log_p
+    def _responsibilities(self, target: str, which: int) -> Table:
+        """Return p(component | cell) for one description, NaN where p(cell) is 0, shape (K, S)."""
+        joint = self._joint(target, which)
+        mass = joint.sum(0)
+        share: Table = np.divide(joint, mass, out=np.full_like(joint, np.nan), where=mass > 0)
+        return share
 
     def _joint(self, target: str, which: int) -> Table:
         """Return the posterior of component and cell for one description, shape (K, S)."""
-        log_joint = self._log_weight(target, which) + self._said(target)[which].log_factor
-        joint: Table = np.exp(log_joint - logsumexp(log_joint))
+        self._said(target)
+        joint: Table = self._coupling.joint(target, which).sum(0)
         return joint
 
     def _checked(self, observation: object) -> Posterior:
         """Return itself unless some target has nowhere left to be."""
         for target in self.targets:
-            if not np.isfinite(logsumexp(self._log_weight(target))):
+            if not self._coupling.possible(target):
                 raise BeliefCollapse(
                     f"Nothing that was believed about '{target}' is possible after this "
                     "observation; check it, or start from a prior without zeros",

@@ -12,7 +12,8 @@ import numpy as np
 import xarray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.posterior import Posterior, Said
+from sloop_ppl.inference.posterior import Posterior
+from sloop_ppl.inference.said import Said
 from sloop_ppl.language import (
     Description,
     RelationSpans,
@@ -21,20 +22,21 @@ from sloop_ppl.language import (
     Unresolved,
 )
 from sloop_ppl.maps import from_geojson, to_geojson
-from sloop_ppl.models import PRESETS, ground_relations, preset
+from sloop_ppl.models import PRESETS, ground_relations, preset, share_frames
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["load_posterior", "save_posterior", "to_dataset"]
 
-_FORMAT = 1
+_FORMAT = 2
 
 
 def to_dataset(posterior: Posterior) -> xarray.Dataset:
     """Return a posterior as a Dataset.
 
     Variables are ``belief``, ``log_prior``, ``log_sensed`` (target, y, x) and ``log_factor``
-    (entry, component, y, x), one entry for each description of each target; coordinates x and y
-    are cell centres in metres, y from the south.
+    (entry, setting, component, y, x), one entry for each description of each target and one
+    setting for each joint setting of the frames it shares; coordinates x and y are cell centres in
+    metres, y from the south.
     """
     grid = posterior.city.grid
     targets = list(posterior.targets)
@@ -45,17 +47,17 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
         return np.stack([tables[t].reshape(grid.shape) for t in targets])
 
     names = [component.name for component in posterior.model.components]
-    factors = [said.log_factor.reshape(-1, *grid.shape) for _, said in entries]
+    settings = max((said.shared.size for _, said in entries), default=1)
+    factors = np.full((len(entries), settings, len(names), *grid.shape), np.nan)
+    for entry, (_, said) in enumerate(entries):
+        factors[entry, : said.shared.size] = said.log_factor.reshape(-1, len(names), *grid.shape)
     cells = ("y", "x")
     return xarray.Dataset(
         {
             "belief": (("target", *cells), np.stack([posterior.belief(t) for t in targets])),
             "log_prior": (("target", *cells), over_cells(posterior.log_prior)),
             "log_sensed": (("target", *cells), over_cells(posterior.log_sensed)),
-            "log_factor": (
-                ("entry", "component", *cells),
-                np.stack(factors) if factors else np.zeros((0, len(names), *grid.shape)),
-            ),
+            "log_factor": (("entry", "setting", "component", *cells), factors),
             "entry_target": ("entry", np.array([targets.index(t) for t, _ in entries], dtype=int)),
             "entry_description": (
                 "entry",
@@ -117,16 +119,21 @@ def _from_dataset(data: xarray.Dataset) -> Posterior:
     model = preset(str(data.attrs["model"]), str(data.attrs["variant"]))
     descriptions = [_description(d) for d in json.loads(data.attrs["descriptions"])]
     targets = [str(t) for t in data["target"].values]
+    terms = [{t.id: ground_relations(d.about(t.id), city) for t in d.targets} for d in descriptions]
+    shared = [share_frames(list(by_target.values()), model) for by_target in terms]
+    names = tuple(str(name) for name in data["component"].values)
     said: dict[str, tuple[Said, ...]] = dict.fromkeys(targets, ())
     for entry in range(data.sizes["entry"]):
         target = targets[int(data["entry_target"][entry])]
-        description = descriptions[int(data["entry_description"][entry])]
+        which = int(data["entry_description"][entry])
+        factor = data["log_factor"][entry, : shared[which].size].values
         said[target] += (
             Said(
-                description=description,
-                components=tuple(str(c) for c in data["component"].values),
-                log_factor=data["log_factor"][entry].values.reshape(data.sizes["component"], -1),
-                terms=ground_relations(description.about(target), city),
+                description=descriptions[which],
+                components=names,
+                log_factor=factor.reshape(shared[which].size, len(names), -1),
+                terms=terms[which][target],
+                shared=shared[which],
             ),
         )
     return Posterior(

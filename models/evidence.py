@@ -10,37 +10,49 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.models.components import COMBINATIONS, Component, cut_below_uniform
-from sloop_ppl.models.logspace import log1mexp, log_normalise
+from sloop_ppl.models.logspace import log_normalise
+from sloop_ppl.models.phrases import log_phrase
 from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.shared import SharedFrames, share_frames
+from sloop_ppl.models.smoothing import log_blur
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["Evidence", "asserted_log_g", "gather_evidence", "log_denied", "log_phrase"]
-
-_LEAST_LOG = math.log(1e-300)
+__all__ = ["Evidence", "gather_evidence"]
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """What one description says of N targets, as padded tables.
 
-    Shape legend: N targets, K components, L rows of factors, S cells.
+    Shape legend: C joint settings of the frames that targets or phrases share (1 when none is),
+    N targets, K components, L rows of factors, S cells.
 
     Parameters
     ----------
     components : names of the components, length K.
+    shared : the frames that are shared, and the prior of their settings.
     log_weight : log prior weights, -inf for a component that does not apply, shape (N, K).
     log_truth : log probability that each factor is true of each cell, at most 0, and 0 where a
-        component has fewer factors than L, shape (N, K, L, S).
+        component has fewer factors than L, shape (C, N, K, L, S).
     log_normaliser : what makes a component a distribution over cells under a uniform map,
-        shape (N, K, S).
+        tempering, cut and shared error included, shape (C, N, K, S).
     """
 
     components: tuple[str, ...]
+    shared: SharedFrames
     log_weight: Tensor
     log_truth: Tensor
     log_normaliser: Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class _Scored:
+    """One component of one target: rows (C, L, S) and normaliser (C, S)."""
+
+    rows: Tensor
+    normaliser: Tensor
 
 
 def gather_evidence(
@@ -60,105 +72,78 @@ def gather_evidence(
 
     Raises
     ------
-    InputError : when the model needs the true places and got none.
+    InputError : when the model needs the true places and got none, or too many frames are shared.
     """
     if model.needs_truth and truths is None:
         raise InputError(
             f"Model '{model.name}' needs to be told where the targets are; give truth="
             "{target: (x_m, y_m)}"
         )
-    cells, count = city.grid.size, len(model.components)
+    shared = share_frames(terms, model)
     columns = [
         [
-            _informed_rows(city, truths[i], model.informed_sigma_m or 0.0)
+            _informed(city, truths[i], model.informed_sigma_m or 0.0)
             if model.needs_truth and truths is not None
-            else _component_rows(component, said, model)
+            else _scored(component, said, model, shared, city.grid)
             for component in model.components
         ]
         for i, said in enumerate(terms)
     ]
-    height = max(
-        (rows.shape[0] for column in columns for rows, _ in filter(None, column)), default=1
-    )
-    log_weight = torch.full((len(terms), count), -math.inf, dtype=torch.float64)
-    log_truth = torch.zeros(len(terms), count, height, cells, dtype=torch.float64)
-    log_normaliser = torch.zeros(len(terms), count, cells, dtype=torch.float64)
+    scored = [part for column in columns for part in column if part is not None]
+    height = max((part.rows.shape[-2] for part in scored), default=1)
+    shape = (shared.size, len(terms), len(model.components))
+    log_weight = torch.full(shape[1:], -math.inf, dtype=torch.float64)
+    log_truth = torch.zeros(*shape, height, city.grid.size, dtype=torch.float64)
+    log_normaliser = torch.zeros(*shape, city.grid.size, dtype=torch.float64)
     for i, column in enumerate(columns):
-        for k, scored in enumerate(column):
-            if scored is not None:
-                rows, log_normaliser[i, k] = scored
-                log_truth[i, k, : rows.shape[0]] = rows
+        for k, part in enumerate(column):
+            if part is not None:
+                log_truth[:, i, k, : part.rows.shape[-2]] = part.rows
+                log_normaliser[:, i, k] = part.normaliser
                 log_weight[i, k] = math.log(model.components[k].weight)
     return Evidence(
         components=tuple(component.name for component in model.components),
+        shared=shared,
         log_weight=log_normalise(log_weight),
         log_truth=log_truth,
         log_normaliser=log_normaliser,
     )
 
 
-def log_phrase(term: RelationTerm, model: Preset) -> Tensor:
-    """Return the log truth of one phrase at every cell, its frame summed out, shape (S,).
-
-    Notes
-    -----
-    The model's lapse mixes in a phrase that says nothing: under ``"map"`` normalisation a
-    uniform table, under ``"truth"`` an even chance.
-    """
-    log_p = asserted_log_g(term, model)
-    if term.negated:
-        log_p = log_denied(log_p)
-    if model.normalisation == "map":
-        log_p = log_normalise(log_p)
-    if model.lapse:
-        level = 1 / log_p.shape[-1] if model.normalisation == "map" else 0.5
-        idle = torch.full_like(log_p, math.log(model.lapse * level))
-        log_p = torch.logaddexp(log_p + math.log1p(-model.lapse), idle)
-    return log_p
-
-
-def asserted_log_g(term: RelationTerm, model: Preset) -> Tensor:
-    """Return log g of the relation as if asserted, its frame summed out, shape (S,)."""
-    if term.needs_frame:
-        return model.likelihood.log_marginal(term, model.frame_prior(term))
-    if term.compass_rad is not None:
-        direction = torch.tensor([term.compass_rad], dtype=torch.float64)
-        return model.likelihood.log_g(term, direction)[0]
-    return model.likelihood.log_g(term, None)
-
-
-def log_denied(log_g: Tensor) -> Tensor:
-    """Return the log truth of a denied phrase, log(1 - g), at least that of 1e-300.
-
-    The floor keeps a cell on the ground of "not on Main Street" from turning sums into NaN.
-    """
-    return log1mexp(log_g).clamp_min(_LEAST_LOG)
-
-
-def _component_rows(
-    component: Component, terms: tuple[RelationTerm, ...], model: Preset
-) -> tuple[Tensor, Tensor] | None:
-    """Return a component's factors (L, S) and normaliser (S,); None where it does not apply."""
+def _scored(
+    component: Component,
+    terms: tuple[RelationTerm, ...],
+    model: Preset,
+    shared: SharedFrames,
+    grid: Grid,
+) -> _Scored | None:
+    """Score a component; None where it does not apply."""
     read = component.terms_it_reads(terms)
     if not read:
         if terms or component is not model.components[0]:
             return None
         # Nothing was said: the first component stands for all, and says nothing.
-        return torch.zeros(1, 1, dtype=torch.float64), torch.zeros(1, dtype=torch.float64)
-    rows = COMBINATIONS[component.combine](read, lambda term: log_phrase(term, model))
-    if model.normalisation == "truth":
-        return rows, torch.zeros(rows.shape[-1], dtype=torch.float64)
-    total = rows.sum(0)
-    wanted = log_normalise(total)
+        return _Scored(torch.zeros(1, 1, 1).double(), torch.zeros(1, 1).double())
+    if component.uses_frames and shared.grounds:
+        rows = torch.stack([shared.log_phrase(term, model) for term in read], 1)
+    else:
+        combine = COMBINATIONS[component.combine]
+        rows = combine(read, lambda term: log_phrase(term, model))[None]
+    total = rows.sum(1)
+    wanted = total / len(read) ** model.temper
+    if model.normalisation == "map":
+        per_setting = torch.logsumexp(wanted, -1)
+        settings = shared.log_prior if len(rows) > 1 else torch.zeros(1).double()
+        wanted = wanted - torch.logsumexp(per_setting + settings, 0)
     if component.cut:
         wanted = cut_below_uniform(wanted)
-    return rows, wanted - total
+    if model.error_m:
+        wanted = log_blur(wanted, grid, model.error_m)
+    return _Scored(rows, wanted - total)
 
 
-def _informed_rows(
-    city: CityMap, truth: tuple[float, float], sigma_m: float
-) -> tuple[Tensor, Tensor]:
+def _informed(city: CityMap, truth: tuple[float, float], sigma_m: float) -> _Scored:
     x, y = city.grid.centre_of(*city.grid.cell_at(*truth))
     squared = (city.grid.x_m[None, :] - x) ** 2 + (city.grid.y_m[:, None] - y) ** 2
-    rows = torch.from_numpy(-squared.reshape(1, -1) / (2 * sigma_m**2))
-    return rows, log_normalise(rows[0]) - rows[0]
+    rows = torch.from_numpy(-squared.reshape(1, 1, -1) / (2 * sigma_m**2))
+    return _Scored(rows, log_normalise(rows[:, 0]) - rows[:, 0])

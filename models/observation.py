@@ -17,11 +17,11 @@ __all__ = ["observation_model"]
 def observation_model(evidence: Evidence, log_prior: Tensor) -> tuple[Tensor, Tensor]:
     """Draw a component and a cell for each target and observe that what was said is true.
 
-    Shape legend: N targets, K components, L factors, S cells.
+    Shape legend: N targets, K components, L factors, S cells, C settings of shared frames.
 
     Parameters
     ----------
-    evidence : what was said, scored at every cell, frames summed out.
+    evidence : what was said, scored at every cell, frames that are not shared summed out.
     log_prior : log belief over cells before anything was said, shape (N, S).
 
     Returns
@@ -32,18 +32,22 @@ def observation_model(evidence: Evidence, log_prior: Tensor) -> tuple[Tensor, Te
     Notes
     -----
     Source: SLOOP eq. (4), as a generative program: component z ~ Categorical(w), cell s ~
-    Categorical(prior), truth_j ~ Bernoulli(g_z(r_j | ground_j, psi_j, s)) observed true. The
-    frames psi_j are independent given the cell and are summed out in closed form. The
-    ``normaliser`` factor makes a component a distribution over cells under a uniform map.
+    Categorical(prior), truth_j ~ Bernoulli(g_z(r_j | ground_j, psi_j, s)) observed true. Frames
+    psi_j of one phrase are independent given the cell and are summed out beforehand; those that
+    phrases share are the site ``shared``. The ``normaliser`` factor makes a component a
+    distribution over cells under a uniform map.
     """
-    targets, _, factors, _ = evidence.log_truth.shape
+    _, targets, _, factors, _ = evidence.log_truth.shape
     target = torch.arange(targets)[:, None]
+    shared = torch.tensor(0)
+    if evidence.shared.grounds:
+        shared = pyro.sample("shared", dist.Categorical(logits=evidence.shared.log_prior))
     with pyro.plate("target", targets, dim=-2):
         component = pyro.sample("component", dist.Categorical(logits=evidence.log_weight[:, None]))
         cell = pyro.sample("cell", dist.Categorical(logits=log_prior[:, None]))
-        pyro.factor("normaliser", vindex(evidence.log_normaliser, (target, component, cell)))
+        index = (shared, target, component)
+        pyro.factor("normaliser", vindex(evidence.log_normaliser, (*index, cell)))
         with pyro.plate("factor", factors, dim=-1):
-            factor = torch.arange(factors)
-            log_g = vindex(evidence.log_truth, (target, component, factor, cell))
+            log_g = vindex(evidence.log_truth, (*index, torch.arange(factors), cell))
             pyro.sample("truth", TruthValue(log_g), obs=torch.ones(targets, factors))
     return component, cell

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -13,7 +14,7 @@ from sloop_ppl.registry import Registry
 
 __all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
 
-Normalisation = Literal["truth", "map"]
+Normalisation = Literal["truth", "map", "speaker"]
 VARIANTS = ("published", "paper")
 """Which source a `sloop*` preset follows: the authors' published code, or the paper's text."""
 
@@ -29,15 +30,24 @@ class Preset:
     likelihood : how true a relation is of each cell.
     frame_prior : what is believed about which way a ground faces.
     normalisation : ``"map"`` divides each component by its sum over the map, as the paper's
-        mixture does; ``"truth"`` leaves the raw probability that the phrases are true.
+        mixture does; ``"truth"`` leaves the raw probability that the phrases are true;
+        ``"speaker"`` divides by what else could have been said of the ground there.
     lapse : probability that a phrase is wrong and says nothing, in [0, 1).
+    temper : how far to temper a component of L phrases, in [0, 1]: its log likelihood is divided
+        by L to this power. 0 multiplies the phrases as if they were independent.
+    error_m : standard deviation of an error that all phrases of a description share: the speaker
+        describes a place this far from the true one in each direction, metres, >= 0.
+    joint_grounds : True to give a relation to several grounds its own meaning; False to read it
+        as one relation per ground, as the published code does.
+    shared_frames : True when one speaker keeps one frame per ground: phrases about the same
+        ground, of any target of the description, share its front.
     informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
         metres; None for a model that listens.
     variant : one of `VARIANTS`.
 
     Raises
     ------
-    InputError : when there is no component, or the lapse is outside [0, 1).
+    InputError : when there is no component, or a number is out of its range.
     """
 
     name: str
@@ -46,6 +56,10 @@ class Preset:
     frame_prior: FramePrior
     normalisation: Normalisation = "map"
     lapse: float = 0.0
+    temper: float = 0.0
+    error_m: float = 0.0
+    joint_grounds: bool = False
+    shared_frames: bool = False
     informed_sigma_m: float | None = None
     variant: str = "published"
 
@@ -54,6 +68,14 @@ class Preset:
             raise InputError(f"Model '{self.name}' has no component; expected at least one")
         if not 0 <= self.lapse < 1:
             raise InputError(f"Model '{self.name}' has lapse {self.lapse}; expected 0 <= lapse < 1")
+        if not 0 <= self.temper <= 1:
+            raise InputError(f"Model '{self.name}' has temper {self.temper}; expected 0 to 1")
+        if not 0 <= self.error_m < math.inf:
+            raise InputError(f"Model '{self.name}' has error_m {self.error_m}; expected >= 0")
+        if self.shared_frames and any(part.cut for part in self.components):
+            raise InputError(
+                f"Model '{self.name}' shares frames and cuts below uniform; choose one of the two"
+            )
 
     @property
     def needs_truth(self) -> bool:

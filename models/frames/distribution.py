@@ -69,6 +69,30 @@ class FrameDistribution:
         if not math.isclose(total, 1.0, abs_tol=1e-9):
             raise InputError(f"Weights of a frame distribution sum to {total:g}; expected 1")
 
+    def bins(self, count: int = 360) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return angles and the probability of each, as a sum that stands for the distribution.
+
+        Parameters
+        ----------
+        count : angles that stand for what is spread, > 0; points keep their own.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Angles in radians and probabilities that sum to one, shape (B,) each.
+        """
+        spread = np.linspace(-math.pi, math.pi, count, endpoint=False)
+        mass = np.full(count, self.lapse / count)
+        points = [part for part in self.parts if math.isinf(part.kappa)]
+        for part in self.parts:
+            if not math.isinf(part.kappa):
+                density = np.exp(part.log_density(spread))
+                mass += part.weight * density / density.sum()
+        if len(points) == len(self.parts) and not self.lapse:
+            spread, mass = spread[:0], mass[:0]
+        angles = np.concatenate([[part.mean_rad for part in points], spread])
+        return angles, np.concatenate([[part.weight for part in points], mass])
+
     @property
     def is_point(self) -> bool:
         """Tell whether all of its mass sits on points."""

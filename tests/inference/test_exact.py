@@ -29,12 +29,15 @@ def evidence_and_prior(model="sloop-m4"):
 def test_enumeration_equals_brute_force(model):
     """Condition the program on every (component, cell) and read its log probability."""
     evidence, log_prior = evidence_and_prior(model)
-    got = enumerated_log_factors(evidence, log_prior)[0].numpy()
+    got = enumerated_log_factors(evidence, log_prior)[0, 0].numpy()
     for k in range(len(evidence.components)):
         for s in range(0, CITY.grid.size, 5):
             fixed = poutine.condition(
                 observation_model,
-                data={"component": torch.tensor([[k]]), "cell": torch.tensor([[s]])},
+                data={
+                    "component": torch.tensor([[k]]),
+                    "cell": torch.tensor([[s]]),
+                },
             )
             trace = poutine.trace(fixed).get_trace(evidence, log_prior)
             total = float(trace.log_prob_sum()) - float(log_prior[0, s])
@@ -53,7 +56,7 @@ def test_the_joint_agrees_with_pyros_own_marginals():
     marginals = elbo.compute_marginals(
         config_enumerate(observation_model), lambda *_: None, evidence, log_prior
     )
-    log_joint = enumerated_log_factors(evidence, log_prior)[1] + log_prior[1]
+    log_joint = enumerated_log_factors(evidence, log_prior)[1, 0] + log_prior[1]
     posterior = (log_joint - torch.logsumexp(log_joint.reshape(-1), 0)).exp().numpy()
     cells = marginals["cell"].probs[1].reshape(-1).numpy()
     components = marginals["component"].probs[1].reshape(-1).numpy()
@@ -76,7 +79,7 @@ def test_several_targets_are_inferred_as_each_alone():
 
 def test_log_evidence_is_the_sum_over_component_and_cell():
     evidence, log_prior = evidence_and_prior("bayes")
-    expected = logsumexp((enumerated_log_factors(evidence, log_prior)[0] + log_prior[0]).numpy())
+    expected = logsumexp((enumerated_log_factors(evidence, log_prior)[0, 0] + log_prior[0]).numpy())
     posterior, info = infer_description(
         said(*SPOKEN), CITY, "bayes", prior=np.exp(log_prior[0].numpy()).reshape(CITY.grid.shape)
     )

@@ -87,7 +87,7 @@ def test_the_frame_posterior_is_bayes_rule_over_a_fine_grid():
     z_full = (prior_mass @ full).sum()
     weights = {c.name: c.weight for c in model.components}
     evidence = gather_evidence([(term,)], CITY, model)
-    tables = (evidence.log_truth[0].sum(1) + evidence.log_normaliser[0]).exp().numpy()
+    tables = (evidence.log_truth[0, 0].sum(1) + evidence.log_normaliser[0, 0]).exp().numpy()
     total = sum(weights[n] for n in ("product", "at", "near"))
     used = weights["product"] / total * (full @ sensed) / z_full
     unused = sum(

@@ -1,0 +1,135 @@
+"""How true one phrase is of each cell: asserted or denied, normalised, with its lapse."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.models.likelihoods import frame_marginal
+from sloop_ppl.models.logspace import log1mexp, log_normalise
+from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+
+__all__ = ["log_idle", "log_phrase", "log_phrase_given_front"]
+
+_LEAST_LOG = math.log(1e-300)
+_SPEAKER_BINS = 72
+
+
+def log_phrase(term: RelationTerm, model: Preset) -> Tensor:
+    """Return the log truth of one phrase at every cell, its frame summed out, shape (S,).
+
+    Notes
+    -----
+    The model's lapse mixes in a phrase that says nothing; see `log_idle`.
+    """
+    return _with_lapse(_meant(term, model), model)
+
+
+def log_phrase_given_front(
+    term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64], *, lapse: bool = True
+) -> Tensor:
+    """Return the log truth of a phrase at every cell for each front of its ground.
+
+    Parameters
+    ----------
+    term : a relation; one that needs no frame is as true for every front.
+    model : the observation model.
+    fronts_rad : directions the ground may face, radians, shape (B,).
+    lapse : False to leave the model's lapse out: the phrase is meant.
+
+    Returns
+    -------
+    Tensor
+        Shape (B, S); its mean over the frame's prior is `log_phrase`.
+    """
+    if model.normalisation == "speaker":
+        meant = _spoken(term, model, fronts_rad)
+    elif not term.needs_frame:
+        meant = _meant(term, model).expand(len(fronts_rad), -1)
+    else:
+        directions = torch.from_numpy(np.asarray(fronts_rad)) + term.offset_rad
+        meant = _denied_if(model.likelihood.log_g(term, directions), term)
+        if model.normalisation == "map":
+            meant = meant - torch.logsumexp(_truth(term, model), -1)
+    return _with_lapse(meant, model) if lapse else meant
+
+
+def log_idle(model: Preset, cells: int) -> float:
+    """Return the log truth of a phrase that says nothing, the same at every cell.
+
+    Under ``"map"`` normalisation it is uniform over cells, under ``"truth"`` an even chance, and
+    under ``"speaker"`` any word is as likely.
+    """
+    level = {"map": 1 / cells, "truth": 0.5, "speaker": 1 / len(SPEAKER_WORDS)}
+    return math.log(level[model.normalisation])
+
+
+def _meant(term: RelationTerm, model: Preset) -> Tensor:
+    """Return the log truth of a phrase that is meant, its frame summed out, shape (S,)."""
+    if model.normalisation == "speaker":
+        # The ground's front decides between all words at once, so its prior is that of "front".
+        fronts, mass = model.frame_prior(term.as_relation("front")).bins(_SPEAKER_BINS)
+        log_mass = torch.from_numpy(np.log(np.maximum(mass, 1e-300)))
+        return torch.logsumexp(_spoken(term, model, fronts) + log_mass[:, None], 0)
+    log_p = _truth(term, model)
+    return log_normalise(log_p) if model.normalisation == "map" else log_p
+
+
+def _truth(term: RelationTerm, model: Preset) -> Tensor:
+    """Return the log probability that the phrase is true, its frame summed out, shape (S,)."""
+    return _denied_if(_asserted(term, model), term)
+
+
+def _asserted(term: RelationTerm, model: Preset) -> Tensor:
+    if term.needs_frame:
+        return frame_marginal(model.likelihood, term, model.frame_prior(term))
+    if term.compass_rad is not None:
+        direction = torch.tensor([term.compass_rad], dtype=torch.float64)
+        return model.likelihood.log_g(term, direction)[0]
+    return model.likelihood.log_g(term, None)
+
+
+def _denied_if(log_g: Tensor, term: RelationTerm) -> Tensor:
+    """Return log(1 - g) of a denied phrase, at least that of 1e-300, else log g.
+
+    The floor keeps a cell on the ground of "not on Main Street" from turning sums into NaN.
+    """
+    return log1mexp(log_g).clamp_min(_LEAST_LOG) if term.negated else log_g
+
+
+def _with_lapse(meant: Tensor, model: Preset) -> Tensor:
+    if not model.lapse:
+        return meant
+    idle = torch.full_like(meant, log_idle(model, meant.shape[-1]) + math.log(model.lapse))
+    return torch.logaddexp(meant + math.log1p(-model.lapse), idle)
+
+
+def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64]) -> Tensor:
+    """Return log P(word | ground, front, cell), a choice among the vocabulary, shape (B, S).
+
+    Words of one class are one choice: "beside" is chosen when "near" is. A denied phrase has
+    the probability that another word is chosen.
+    """
+    weights = []
+    chosen = None
+    for i, word in enumerate(SPEAKER_WORDS):
+        option = term.as_relation(word)
+        if option.needs_frame:
+            directions = torch.from_numpy(np.asarray(fronts_rad)) + option.offset_rad
+            weights.append(model.likelihood.log_g(option, directions))
+        else:
+            weights.append(_asserted(option, model).expand(len(fronts_rad), -1))
+        if option.relation_class == term.relation_class:
+            chosen = i
+    if chosen is None:  # a meaning outside the vocabulary counts as one more word
+        weights.append(_asserted(replace(term, negated=False), model).expand(len(fronts_rad), -1))
+        chosen = len(weights) - 1
+    stacked = torch.stack(weights)
+    return _denied_if(stacked[chosen] - torch.logsumexp(stacked, 0), term)
