@@ -1,28 +1,53 @@
 """Inference: engines, the posterior, and what sums it up."""
 
+from sloop_ppl.inference.compare import EngineComparison, EngineRun, compare
 from sloop_ppl.inference.engine import ENGINES, Engine, InferenceInfo, LogFactors
+from sloop_ppl.inference.enumerate import enumerate_all, enumerated_joint
 from sloop_ppl.inference.exact import enumerated_log_factors, exact
+from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
 from sloop_ppl.inference.frames import FrameSummary
 from sloop_ppl.inference.infer import infer_description
+from sloop_ppl.inference.influence import Influence
+from sloop_ppl.inference.log_evidence import LogEvidence, ModelScore, rank_models
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.inference.regions import Place, hpd_places, probability_in
 from sloop_ppl.inference.said import Said
-from sloop_ppl.inference.summaries import entropy_nats, expected_m, hpd_cells, mode_m
+from sloop_ppl.inference.summaries import (
+    entropy_nats,
+    expected_distance_m,
+    expected_m,
+    hpd_cells,
+    mode_m,
+)
 
 __all__ = [
     "ENGINES",
     "Engine",
+    "EngineComparison",
+    "EngineRun",
     "FrameSummary",
     "InferenceInfo",
+    "Influence",
+    "LogEvidence",
     "LogFactors",
+    "ModelScore",
+    "Place",
     "Posterior",
     "Said",
+    "cells_geojson",
+    "compare",
     "entropy_nats",
     "enumerated_log_factors",
     "exact",
+    "expected_distance_m",
     "expected_m",
     "hpd_cells",
+    "hpd_places",
     "infer_description",
     "log_priors",
     "mode_m",
+    "probability_in",
+    "rank_models",
+    "write_geojson",
 ]

@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.maps import Grid
 
-__all__ = ["circular_summary", "entropy_nats", "expected_m", "hpd_cells", "mode_m"]
+__all__ = [
+    "circular_summary",
+    "entropy_nats",
+    "expected_distance_m",
+    "expected_m",
+    "hpd_cells",
+    "mode_m",
+]
 
 Belief = NDArray[np.float64]
 
@@ -33,6 +41,15 @@ def mode_m(belief: Belief, grid: Grid) -> tuple[float, float]:
 def expected_m(belief: Belief, grid: Grid) -> tuple[float, float]:
     """Return the mean x and y under a belief, metres."""
     return float(belief.sum(0) @ grid.x_m), float(belief.sum(1) @ grid.y_m)
+
+
+def expected_distance_m(belief: Belief, grid: Grid, place_m: tuple[float, float]) -> float:
+    """Return the mean distance under a belief from a place (x, y) to the cells, metres."""
+    x, y = place_m
+    if not (np.isfinite(x) and np.isfinite(y)):
+        raise InputError(f"A place is {place_m}; expected finite x and y in metres")
+    apart = np.hypot(grid.x_m[None, :] - x, grid.y_m[:, None] - y)
+    return float((belief * apart).sum())
 
 
 def hpd_cells(belief: Belief, mass: float) -> NDArray[np.bool_]:

@@ -1,0 +1,108 @@
+"""Joint tables of a posterior as labelled arrays: component by cell, front by cell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
+from sloop_ppl.maps import Grid
+
+if TYPE_CHECKING:
+    from sloop_ppl.inference.posterior import Posterior
+
+__all__ = ["component_table", "frame_array", "frame_table", "responsibility_table"]
+
+Table = NDArray[np.float64]
+
+
+def component_table(posterior: Posterior, target: str, which: int) -> xarray.DataArray:
+    """Return p(component, cell | all that is known), dims component, y, x; sums to one.
+
+    Raises
+    ------
+    InputError : when nothing was said of the target, or there is no such description.
+    """
+    names = _described(posterior, target, which)
+    return _over_cells(posterior._joint(target, which), names, posterior.city.grid, "p")
+
+
+def responsibility_table(posterior: Posterior, target: str, which: int) -> xarray.DataArray:
+    """Return p(component | cell, description), dims component, y, x.
+
+    Sums to one over components in every cell; NaN where the target cannot be.
+
+    Raises
+    ------
+    InputError : when nothing was said of the target, or there is no such description.
+    """
+    names = _described(posterior, target, which)
+    return _over_cells(
+        posterior._responsibilities(target, which), names, posterior.city.grid, "responsibility"
+    )
+
+
+def frame_table(posterior: Posterior, target: str, framed: Framed, bins: int) -> xarray.DataArray:
+    """Return p(front, cell | all that is known), dims angle, y, x; sums to one."""
+    grid = posterior.city.grid
+    return xarray.DataArray(
+        front_table(posterior, target, framed, bins).reshape(bins, *grid.shape),
+        dims=("angle", "y", "x"),
+        coords={"angle": _angle(bins), "y": grid.y_m, "x": grid.x_m},
+        name="p",
+        attrs=_about(framed),
+    )
+
+
+def frame_array(posterior: Posterior, target: str, framed: Framed, bins: int) -> xarray.DataArray:
+    """Return p(front | all that is known), dim angle, with the prior as a coordinate."""
+    _, mass, home = front_prior(framed.term, posterior.model, bins)
+    return xarray.DataArray(
+        front_table(posterior, target, framed, bins).sum(1),
+        dims=("angle",),
+        coords={
+            "angle": _angle(bins),
+            "prior": ("angle", np.bincount(home, weights=mass, minlength=bins)),
+        },
+        name="p",
+        attrs=_about(framed),
+    )
+
+
+def _described(posterior: Posterior, target: str, which: int) -> tuple[str, ...]:
+    said = posterior._said(target)
+    if not said:
+        raise InputError(
+            f"Nothing was said of '{target}', so it has no mixture; its belief is its prior"
+        )
+    if not -len(said) <= which < len(said):
+        raise InputError(
+            f"Description {which} of '{target}' does not exist; expected 0 to {len(said) - 1}, or "
+            "-1 for the latest"
+        )
+    return said[which].components
+
+
+def _over_cells(values: Table, names: tuple[str, ...], grid: Grid, name: str) -> xarray.DataArray:
+    return xarray.DataArray(
+        values.reshape(-1, *grid.shape),
+        dims=("component", "y", "x"),
+        coords={"component": list(names), "y": grid.y_m, "x": grid.x_m},
+        name=name,
+    )
+
+
+def _angle(bins: int) -> tuple[str, Table, dict[str, str]]:
+    return (
+        "angle",
+        directions(bins),
+        {"units": "rad", "long_name": "front, from east, anticlockwise"},
+    )
+
+
+def _about(framed: Framed) -> dict[str, str]:
+    return {"ground": framed.term.ground, "relation": framed.term.relation}
