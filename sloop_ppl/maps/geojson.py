@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +21,10 @@ from sloop_ppl.maps.schema import check_schema, fault
 from sloop_ppl.maps.shapes import project, repair
 
 __all__ = ["from_geojson", "to_geojson"]
+
+# A landmark may lie outside the map, but not so far that it can only be a mistake.
+_FAR_M = 5000.0
+_FAR_SIDES = 5.0
 
 _LOG = logging.getLogger(__name__)
 
@@ -124,6 +129,13 @@ def _geometry(
     geometry = project(lonlat, grid.from_lonlat)
     if not np.isfinite(shapely.get_coordinates(geometry)).all():
         raise fault(source, landmark_id, "geometry", "lies too far from the map's centre")
+    if (away_m := _away(geometry, grid)) > _far(grid):
+        raise fault(
+            source,
+            landmark_id,
+            "geometry",
+            f"lies {away_m / 1000:.0f} km outside the map; are longitude and latitude swapped?",
+        )
     if geometry.is_valid:
         return geometry
     sound = repair(geometry)
@@ -131,6 +143,18 @@ def _geometry(
         raise fault(source, landmark_id, "geometry", "is an outline that encloses no area")
     repaired.append(landmark_id)
     return sound
+
+
+def _far(grid: Grid) -> float:
+    west, south, east, north = grid.extent_m
+    return _FAR_M + _FAR_SIDES * max(east - west, north - south)
+
+
+def _away(geometry: BaseGeometry, grid: Grid) -> float:
+    """Return how far a geometry's bounding box is from the extent, metres."""
+    west, south, east, north = grid.extent_m
+    min_x, min_y, max_x, max_y = geometry.bounds
+    return math.hypot(max(west - max_x, min_x - east, 0.0), max(south - max_y, min_y - north, 0.0))
 
 
 def _feature(landmark: Landmark, grid: Grid) -> dict[str, Any]:

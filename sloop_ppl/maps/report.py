@@ -7,6 +7,8 @@ from sloop_ppl.maps.summary import summary
 
 __all__ = ["map_lines"]
 
+_LISTED = 60
+
 
 def map_lines(city: CityMap) -> list[str]:
     """Return a few lines about what is on a map."""
@@ -14,13 +16,14 @@ def map_lines(city: CityMap) -> list[str]:
     west, south, east, north = told["extent_m"]
     counts = ", ".join(f"{n} {kind}" for kind, n in told["counts"].items())
     rows, cols = told["shape"]
-    named = [m.label for m in city.landmarks if m.name]
+    named = list(dict.fromkeys(m.label for m in city.landmarks if m.name))
+    more = f", and {len(named) - _LISTED} more" if len(named) > _LISTED else ""
     return [
         (
             f"{city.name}: {east - west:g} m x {north - south:g} m, {rows} x {cols} cells of "
             f"{city.grid.cell_m:g} m"
         ),
         f"{len(city.landmarks)} landmarks, {told['named']} named: {counts}",
-        ", ".join(named),
+        ", ".join(named[:_LISTED]) + more,
         *([city.attribution] if city.attribution else []),
     ]

@@ -148,6 +148,22 @@ def test_a_fault_names_its_feature_and_field():
         assert (error.feature, error.field) == (first, "geometry")
 
 
+def test_swapped_coordinates_are_recognised():
+    data = copy.deepcopy(WHOLE)
+    lon, lat = data["centre"]["lon"], data["centre"]["lat"]
+    first = data["features"][0]["properties"]["id"]
+    data["features"][0]["geometry"] = {"type": "Point", "coordinates": [lat, lon]}
+    with pytest.raises(MapError) as caught:
+        from_geojson(data, source="m")
+    assert str(caught.value) == (
+        f"m: feature '{first}': field 'geometry' lies 15060 km outside the map; "
+        "are longitude and latitude swapped?"
+    )
+    data["centre"] = {"lat": lon, "lon": lat}
+    with pytest.raises(MapError, match="are longitude and latitude swapped"):
+        from_geojson(data, source="m")
+
+
 def test_a_grid_too_large_to_lay_is_refused():
     with pytest.raises(MapError, match="expected 50,000,000 at most: give a larger cell_m"):
         from_geojson(WHOLE, cell_m=0.001)
