@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
-from sloop_ppl.cli.options import Json, Map, Targets, Text
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sloop_ppl.cli.options import Json, Map, Nlp, Targets, Text
 from sloop_ppl.cli.output import print_data, print_json
+from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["parse"]
 
 
-def parse(text: Text, map_: Map, targets: Targets = None, json: Json = False) -> None:
+def parse(
+    text: Text,
+    map_: Map,
+    targets: Targets = None,
+    nlp: Nlp = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Also write the coloured sentence as a page, .html.")
+    ] = None,
+    json: Json = False,
+) -> None:
     """Read spatial relations from a sentence."""
     import sloop_ppl as sloop
+    from sloop_ppl import language
     from sloop_ppl.bridge.report import relation_table
-    from sloop_ppl.language import load_targets, no_relation_found
 
+    page = check_output(html, (".html", ".htm")) if html else None
     city = sloop.load_map(map_)
-    declared = load_targets(targets) if targets else None
-    said = sloop.parse(text, city, targets=declared)
+    declared = language.load_targets(targets) if targets else None
+    parser = language.dependency_parser(nlp) if nlp else "rules"
+    said = language.parse(text, city, declared, parser)
+    if page:
+        with written_whole(page) as path:
+            path.write_text(language.html_page(said), encoding="utf-8")
     if json:
         print_json(said.to_json())
     elif said.relations:
-        print_data(relation_table(said))
+        print_data(language.coloured_text(said), "", relation_table(said))
     if not said.relations:
-        raise no_relation_found(said, city, declared)
+        raise language.no_relation_found(said, city, declared)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Engine", "Frames", "Json", "Map", "Model", "Targets", "Text", "Variant"]
+__all__ = ["Engine", "Frames", "Json", "Map", "Model", "Nlp", "Targets", "Text", "Variant"]
 
 Text = Annotated[str, typer.Argument(help="What was said, in English.", show_default=False)]
 Map = Annotated[
@@ -16,6 +16,13 @@ Map = Annotated[
 Targets = Annotated[
     Path | None,
     typer.Option(help="JSON list of {id, names, colour, kind}: the objects searched for."),
+]
+Nlp = Annotated[
+    str | None,
+    typer.Option(
+        help="Read along dependency paths with this spaCy pipeline (name or folder).",
+        show_default=False,
+    ),
 ]
 Model = Annotated[str, typer.Option(help="Observation model; see `sloop list models`.")]
 Variant = Annotated[

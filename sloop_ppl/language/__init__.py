@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from sloop_ppl.language.diagnosis import Recognised, no_relation_found, recognised
     from sloop_ppl.language.parsers import PARSERS, Parser, list_parsers, parse
     from sloop_ppl.language.pipeline import load_pipeline
+    from sloop_ppl.language.rendering import coloured_text, html_page, roles
     from sloop_ppl.language.targets import DEFAULT_TARGETS, load_targets
 
 _LAZY = {
@@ -33,13 +34,16 @@ _LAZY = {
     "PARSERS": "parsers",
     "Parser": "parsers",
     "Recognised": "diagnosis",
+    "coloured_text": "rendering",
     "dependency_parser": "dependency",
+    "html_page": "rendering",
     "list_parsers": "parsers",
     "load_pipeline": "pipeline",
     "load_targets": "targets",
     "no_relation_found": "diagnosis",
     "parse": "parsers",
     "recognised": "diagnosis",
+    "roles": "rendering",
 }
 
 __all__ = [
@@ -57,13 +61,16 @@ __all__ = [
     "TargetObject",
     "Unresolved",
     "check_relation",
+    "coloured_text",
     "dependency_parser",
+    "html_page",
     "list_parsers",
     "load_pipeline",
     "load_targets",
     "no_relation_found",
     "parse",
     "recognised",
+    "roles",
 ]
 
 

@@ -273,5 +273,6 @@ def _load(pipeline: str | Path) -> Language:
         return spacy.load(pipeline)
     except (OSError, ValueError, ImportError) as error:
         raise InputError(
-            f"The spaCy pipeline '{pipeline}' cannot be loaded: {str(error).splitlines()[0]}"
+            f"The spaCy pipeline '{pipeline}' cannot be loaded: "
+            f"{str(error).splitlines()[0].split('. ')[0]}"
         ) from error

@@ -182,7 +182,7 @@ class GroundReader:
         inner = self._inside(after)
         if inner is not None:
             return inner
-        first, last = self.items[start].first, item.last
+        first, last = self.items[start if pointing else at].first, item.last
         matching = self.places.of_kind(str(item.value))
         if pointing or (definite and (item.value not in _VAGUE or self._sided(start))):
             for ground in reversed(self.spoken[-_REMEMBERED:]):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from rapidfuzz import fuzz, process
 
 from sloop_ppl.language.names import NameIndex, canonical
@@ -10,6 +12,7 @@ from sloop_ppl.language.words import split_words
 __all__ = ["nearest_landmarks"]
 
 
+@lru_cache(maxsize=4096)
 def nearest_landmarks(said: str, index: NameIndex, count: int = 3) -> tuple[str, ...]:
     """Return ids of the `count` landmarks whose names look most like `said`, best first.
 
