@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, Grid, LandmarkFields
+from sloop_ppl.maps.city import FIELDS
+from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
+from sloop_ppl.maps.rasterise import touched_cells
 
-__all__ = ["REFERENCE_CELL_M", "ground_distance_m"]
+__all__ = ["REFERENCE_CELL_M", "distance_from", "ground_distance_m", "shape_fields"]
 
 REFERENCE_CELL_M = 5.0
 """Side of the cells that the paper's widths were set on, metres."""
@@ -22,6 +28,39 @@ def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
     ----------
     city : the map.
     ground : id of the landmark.
+    """
+    return distance_from(city.grid, lambda grid: _on(city, grid).fields(ground))
+
+
+def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
+    """Return distance and bearing of every cell as seen from a shape, kept as landmarks' are.
+
+    Parameters
+    ----------
+    shape : shapely geometry, metres; it takes the cells it touches.
+    grid : the cells.
+    """
+    west, south, east, north = shape.bounds
+    centre = shape.centroid
+    return FIELDS.get(
+        (grid, hashlib.sha256(shape.wkb).hexdigest()),
+        lambda: landmark_fields(
+            grid,
+            touched_cells(grid, shape),
+            (float(centre.x), float(centre.y)),
+            max(east - west, north - south),
+        ),
+        cost_bytes=grid.size * BYTES_PER_CELL,
+    )
+
+
+def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> NDArray[np.float64]:
+    """Return the distance from each cell's centre to the nearest cell of a thing, shape (H, W).
+
+    Parameters
+    ----------
+    grid : the cells.
+    fields_on : returns the fields of the thing on a grid.
 
     Notes
     -----
@@ -29,11 +68,10 @@ def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
     touches less on smaller cells, which would move every belief, so on a grid finer than 5 m the
     distance is still measured to the ground's 5 m cells; it is then not 0 all over the ground.
     """
-    grid = city.grid
     if grid.cell_m >= REFERENCE_CELL_M:
-        return city.fields(ground).distance_m
-    coarse = city.with_grid(replace(grid, cell_m=REFERENCE_CELL_M))
-    rows, cols = coarse.fields(ground).nearest
+        return fields_on(grid).distance_m
+    coarse = fields_on(replace(grid, cell_m=REFERENCE_CELL_M))
+    rows, cols = coarse.nearest
     x, y = coarse.grid.x_m, coarse.grid.y_m
     row = np.clip(((grid.y_m - y[0]) / REFERENCE_CELL_M).round().astype(int), 0, len(y) - 1)
     col = np.clip(((grid.x_m - x[0]) / REFERENCE_CELL_M).round().astype(int), 0, len(x) - 1)
@@ -46,3 +84,7 @@ def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
             east = grid.x_m[None, :] - x[cols[near]]
             np.minimum(best, np.hypot(north, east), out=best)
     return best
+
+
+def _on(city: CityMap, grid: Grid) -> CityMap:
+    return city if grid == city.grid else city.with_grid(grid)

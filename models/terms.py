@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import torch
@@ -13,14 +14,15 @@ from torch import Tensor
 from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
 from sloop_ppl.models.directions import COMPASS_RAD, FRAME_OFFSET_RAD
-from sloop_ppl.models.distance import ground_distance_m
+from sloop_ppl.models.distance import distance_from, ground_distance_m, shape_fields
+from sloop_ppl.models.senses import MAP, MAP_CLASS, Sense, is_map, sense_of
 
 __all__ = ["RelationTerm", "ground_relations"]
 
 
 @dataclass(frozen=True, eq=False)
 class RelationTerm:
-    """One relation to one ground, with the ground's fields flattened over cells.
+    """One relation to its ground or grounds, with their fields flattened over cells.
 
     Shape legend: S cells, row 0 in the south, row by row.
 
@@ -28,35 +30,78 @@ class RelationTerm:
     ----------
     relation : canonical relation word.
     relation_class : the class the word belongs to, such as ``"contact"``.
-    ground : id of the landmark.
+    grounds : ids of the landmarks, at least one; ``"Map"`` for the map itself.
     city : the map.
     negated : True when the relation was denied.
     said_distance_m : the distance that was said, metres, or None.
     index : position of the relation this term comes from among those of its figure.
+    joint : True when between, across, along and several grounds have a meaning of their own.
     """
 
     relation: str
     relation_class: str
-    ground: str
+    grounds: tuple[str, ...]
     city: CityMap
     negated: bool = False
     said_distance_m: float | None = None
     index: int = 0
+    joint: bool = False
+
+    @property
+    def ground(self) -> str:
+        """The first (for most relations the only) ground."""
+        return self.grounds[0]
+
+    @property
+    def is_map(self) -> bool:
+        """Tell whether the ground is the map itself, which has sides but no frame."""
+        return is_map(self.city, self.ground)
+
+    @cached_property
+    def sense(self) -> Sense | None:
+        """What the relation measures from; None when that is simply its ground."""
+        return sense_of(self.relation, self.relation_class, self.grounds, self.city, self.joint)
 
     @property
     def fields(self) -> LandmarkFields:
-        """The ground's fields, shape (H, W)."""
+        """The fields of what the relation measures from, shape (H, W)."""
+        if self.sense is not None:
+            return shape_fields(self.sense.shape, self.city.grid)
         return self.city.fields(self.ground)
 
     @cached_property
     def distance_m(self) -> Tensor:
-        """Metres to the ground's nearest cell (of 5 m, on finer grids), shape (S,)."""
-        return torch.from_numpy(ground_distance_m(self.city, self.ground).reshape(-1))
+        """Metres to the ground's nearest cell (of 5 m, on finer grids), shape (S,).
+
+        For a corner it is the distance to the farther ground, for between, across, along and the
+        map's sides that to the region they mean.
+        """
+        sense, city = self.sense, self.city
+        if sense is None:
+            table = ground_distance_m(city, self.ground)
+        elif sense.grounds:
+            each = [ground_distance_m(city, ground) for ground in sense.grounds]
+            table = np.maximum.reduce(each)
+        else:
+            shape = sense.shape
+            table = distance_from(city.grid, lambda grid: shape_fields(shape, grid))
+        return torch.from_numpy(table.reshape(-1))
+
+    @cached_property
+    def off_m(self) -> Tensor:
+        """Metres between a cell's distance and the one that is meant, shape (S,).
+
+        It is `distance_m` itself unless a distance was said: "20 m from the bank" means the ring.
+        A likelihood that falls off with this reads said distances by itself.
+        """
+        if self.said_distance_m is None:
+            return self.distance_m
+        return (self.distance_m - self.said_distance_m).abs()
 
     @cached_property
     def on_ground(self) -> Tensor:
-        """True on the ground's cells, shape (S,)."""
-        return torch.from_numpy(self.city.cells(self.ground).reshape(-1))
+        """True on the cells the relation measures from, shape (S,)."""
+        return torch.from_numpy(self.fields.cells.reshape(-1))
 
     @cached_property
     def bearing_rad(self) -> Tensor:
@@ -70,9 +115,18 @@ class RelationTerm:
         rows, cols = self.fields.nearest
         north = grid.y_m[:, None] - grid.y_m[rows]
         east = grid.x_m[None, :] - grid.x_m[cols]
-        on_ground = self.fields.distance_m == 0
+        on_ground = self.fields.cells
         bearing = np.where(on_ground, self.fields.bearing_rad, np.arctan2(north, east))
         return torch.from_numpy(bearing.reshape(-1))
+
+    @cached_property
+    def outward_rad(self) -> Tensor:
+        """Direction from the nearest cell of a line, the centroid of anything else, shape (S,).
+
+        A street has no middle that one is north of; a building has.
+        """
+        along = self.form == "line" and self.sense is None
+        return self.nearest_bearing_rad if along else self.bearing_rad
 
     @cached_property
     def at_centroid(self) -> Tensor:
@@ -87,7 +141,22 @@ class RelationTerm:
     @property
     def is_line(self) -> bool:
         """Tell whether the ground is a line, such as a street."""
+        if self.is_map:
+            return False
         return "LineString" in self.city.landmark(self.ground).geometry.geom_type
+
+    @property
+    def form(self) -> Literal["point", "line", "area"]:
+        """What the ground is on the map; a poi has the shape of the building it stands in."""
+        if self.is_line:
+            return "line"
+        dull = self.is_map or self.city.footprint(self.ground).area > 0
+        return "area" if dull else "point"
+
+    @property
+    def kind(self) -> str:
+        """Kind of the ground, such as ``"building"``; ``"map"`` for the map itself."""
+        return "map" if self.is_map else self.city.landmark(self.ground).kind
 
     @property
     def needs_frame(self) -> bool:
@@ -101,8 +170,8 @@ class RelationTerm:
 
     @property
     def compass_rad(self) -> float | None:
-        """Direction of a compass relation, None for the others."""
-        return COMPASS_RAD.get(self.relation_class)
+        """Direction of a compass relation, None for the others and for the map's own sides."""
+        return None if self.is_map else COMPASS_RAD.get(self.relation_class)
 
     @cached_property
     def line_normal_rad(self) -> float:
@@ -113,32 +182,64 @@ class RelationTerm:
         return math.atan2(x0 - x1, y1 - y0)
 
     def as_relation(self, word: str) -> RelationTerm:
-        """Return the same ground in another relation, asserted."""
-        return replace(self, relation=word, relation_class=RELATIONS[word], negated=False)
+        """Return the same grounds in another relation, asserted."""
+        relation_class = _class_of(word, self.is_map)
+        return replace(self, relation=word, relation_class=relation_class, negated=False)
 
 
 def ground_relations(
-    relations: tuple[SpatialRelation, ...], city: CityMap
+    relations: tuple[SpatialRelation, ...], city: CityMap, joint: bool = False
 ) -> tuple[RelationTerm, ...]:
-    """Return one term per relation and ground, in the order they were said.
+    """Return the terms of the relations, in the order they were said.
 
-    A relation to several grounds (between, at the corner of) becomes one term per ground, as in
-    the published code.
+    Parameters
+    ----------
+    relations : what was said of one figure.
+    city : the map.
+    joint : True for one term per relation, which gives between, corners, across and along their
+        own meaning; False for one term per relation and ground, as in the published code.
 
     Raises
     ------
     UnknownName : when a ground is not on the map.
+
+    Notes
+    -----
+    The ground ``"Map"`` is the map itself unless a landmark has that id: "the top left of the
+    map". It has sides, of which left is west and front is north, and no frame.
     """
-    return tuple(
-        RelationTerm(
-            relation=relation.relation,
-            relation_class=RELATIONS[relation.relation],
-            ground=city.landmark(ground).id,
-            city=city,
-            negated=relation.negated,
-            said_distance_m=relation.distance_m,
-            index=index,
-        )
-        for index, relation in enumerate(relations)
-        for ground in relation.grounds
-    )
+    terms = []
+    for index, relation in enumerate(relations):
+        grounds = tuple(_ground_id(ground, city) for ground in relation.grounds)
+        terms += [
+            RelationTerm(
+                relation=relation.relation,
+                relation_class=_class_of(relation.relation, is_map(city, together[0])),
+                grounds=together,
+                city=city,
+                negated=relation.negated,
+                said_distance_m=relation.distance_m,
+                index=index,
+                joint=joint,
+            )
+            for together in _split(grounds, city, joint)
+        ]
+    return tuple(terms)
+
+
+def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[str, ...]]:
+    """Return which grounds make up each term; the map never joins others."""
+    if not joint:
+        return [(ground,) for ground in grounds]
+    placed = tuple(dict.fromkeys(ground for ground in grounds if not is_map(city, ground)))
+    whole = [(MAP,)] if any(is_map(city, ground) for ground in grounds) else []
+    return [placed, *whole] if placed else whole
+
+
+def _ground_id(ground: str, city: CityMap) -> str:
+    return MAP if is_map(city, ground) else city.landmark(ground).id
+
+
+def _class_of(word: str, of_map: bool) -> str:
+    relation_class = RELATIONS[word]
+    return MAP_CLASS.get(relation_class, relation_class) if of_map else relation_class

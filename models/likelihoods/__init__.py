@@ -8,14 +8,18 @@ from sloop_ppl.models.likelihoods.marginal import (
     frame_marginal,
     marginal_over,
 )
+from sloop_ppl.models.likelihoods.parameters import Parameter, parameters_of, with_values
 
 __all__ = [
     "LIKELIHOODS",
     "ClosedFormMarginal",
     "GaussianLikelihood",
+    "Parameter",
     "RelationLikelihood",
     "bessel_ratios",
     "expected_cosine",
     "frame_marginal",
     "marginal_over",
+    "parameters_of",
+    "with_values",
 ]

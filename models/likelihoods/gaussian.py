@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -11,6 +12,8 @@ from torch import Tensor
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.likelihoods.base import LIKELIHOODS
 from sloop_ppl.models.likelihoods.cosine import expected_cosine
+from sloop_ppl.models.likelihoods.parameters import Parameter, clamped, width_parameter
+from sloop_ppl.models.likelihoods.radial import said_width_m
 from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["GaussianLikelihood"]
@@ -38,6 +41,13 @@ class GaussianLikelihood:
     in metres, so that a finer grid keeps the belief. A said distance replaces the fall-off by a
     Gaussian around it whose width is a quarter of it, at least `at_m`: ours, the paper ignores it.
     """
+
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        width_parameter("near_m", 15.0, "width for proximity, between and across"),
+        width_parameter("at_m", 5.0, "width for contact"),
+        width_parameter("directed_min_m", 5.0, "least width for directed words"),
+        width_parameter("directed_max_m", 20.0, "greatest width for directed words"),
+    )
 
     near_m: float = 15.0
     at_m: float = 5.0
@@ -72,16 +82,14 @@ class GaussianLikelihood:
         return torch.where(term.at_centroid, mean, factor).log() + radial
 
     def _log_radial(self, term: RelationTerm) -> Tensor:
-        if term.said_distance_m is not None:
-            width = max(term.said_distance_m / 4, self.at_m)
-            return -((term.distance_m - term.said_distance_m) ** 2) / (2 * width**2)
-        return -(term.distance_m**2) / (2 * self._width_m(term) ** 2)
+        width = said_width_m(term, self.at_m) or self._width_m(term)
+        return -(term.off_m**2) / (2 * width**2)
 
     def _width_m(self, term: RelationTerm) -> float:
         if term.relation_class == "contact":
             return self.at_m
         if term.needs_frame or term.compass_rad is not None:
-            return min(self.directed_max_m, max(self.directed_min_m, term.extent_m))
+            return clamped(term.extent_m, self.directed_min_m, self.directed_max_m)
         return self.near_m
 
 
