@@ -1,11 +1,23 @@
-"""Put the objects of an OpenStreetMap file in order, which libosmium asks for."""
+"""Put an OpenStreetMap file into the form libosmium asks for: in order, ids above zero."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-__all__ = ["ordered_copy"]
+__all__ = ["NotInOrder", "drawn_id", "ordered_copy"]
+
+# Editors give what has not been uploaded ids below zero; they become ids above all real ones.
+_DRAWN = 1 << 40
+
+
+class NotInOrder(Exception):
+    """A file has to be copied by `ordered_copy` before it can be read."""
+
+
+def drawn_id(number: int) -> int:
+    """Return the id that an object had in the file, given its id in an ordered copy."""
+    return number if number < _DRAWN else _DRAWN - number
 
 
 def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
@@ -23,13 +35,34 @@ def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
     """
     import osmium
 
-    copy = folder / "ordered.osm.pbf"
+    above, copy = folder / "above.osm.pbf", folder / "ordered.osm.pbf"
+    count = 0
+    with osmium.SimpleWriter(str(above)) as writer:
+        for thing in osmium.FileProcessor(str(path)):
+            count += 1
+            _write_above_zero(writer, thing)
     reader = osmium.MergeInputReader()
-    reader.add_file(str(path))
+    reader.add_file(str(above))
     with osmium.SimpleWriter(str(copy)) as writer:
         newest = _Newest(writer)
         reader.apply(newest, simplify=True)
-    return copy, sum(1 for _ in osmium.FileProcessor(str(path))) - newest.count
+    return copy, count - newest.count
+
+
+def _above(number: int) -> int:
+    return number if number >= 0 else _DRAWN - number
+
+
+def _write_above_zero(writer: Any, thing: Any) -> None:
+    number = _above(thing.id)
+    if thing.is_way():
+        nodes = [_above(ref.ref) for ref in thing.nodes]
+        writer.add_way(thing.replace(id=number, nodes=nodes))
+    elif thing.is_relation():
+        members = [(m.type, _above(m.ref), m.role) for m in thing.members]
+        writer.add_relation(thing.replace(id=number, members=members))
+    else:
+        writer.add_node(thing.replace(id=number))
 
 
 class _Newest:

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
 from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
-from sloop_ppl.maps.osm.ordered import ordered_copy
+from sloop_ppl.maps.osm.ordered import NotInOrder, drawn_id, ordered_copy
 from sloop_ppl.maps.osm.report import ImportReport
 
 __all__ = ["Bounds", "file_bounds", "read_osm"]
@@ -63,8 +63,8 @@ def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData
     try:
         try:
             return _collected(path, path, bounds, report)
-        except RuntimeError as error:
-            if "out of order" not in str(error):
+        except (RuntimeError, NotInOrder) as error:
+            if isinstance(error, RuntimeError) and "out of order" not in str(error):
                 raise
         report.restart()
         with tempfile.TemporaryDirectory() as folder:
@@ -93,7 +93,7 @@ class _Collector:
         self.path, self.bounds, self.report = path, bounds, report
         self.features: dict[str, OsmFeature] = {}
         self.street_of: dict[str, str] = {}
-        self.relations: dict[str, tuple[dict[str, str], tuple[int, ...]]] = {}
+        self.relations: set[str] = set()
         self.assembled: set[str] = set()
         self.extent = [float("inf"), float("inf"), -float("inf"), -float("inf")]
 
@@ -102,7 +102,9 @@ class _Collector:
             if not thing.from_way():
                 self._take_area(thing)
             return
-        if getattr(thing, "deleted", False):
+        if thing.id < 0:
+            raise NotInOrder
+        if thing.deleted:
             return
         self.report.read += 1
         if thing.is_node():
@@ -113,14 +115,16 @@ class _Collector:
             self._take_relation(thing)
 
     def _take_node(self, node: Any) -> None:
-        source = f"node/{node.id}"
+        source = f"node/{drawn_id(node.id)}"
         lon, lat = self._lonlat(node.location, source)
         self._keep(source, node, shapely.Point(lon, lat))
 
     def _take_way(self, way: Any) -> None:
-        source = f"way/{way.id}"
+        source = f"way/{drawn_id(way.id)}"
+        if any(ref.ref < 0 for ref in way.nodes):
+            raise NotInOrder
         given = [ref for ref in way.nodes if ref.location.x != _UNDEFINED]
-        corners = [self._lonlat(ref.location, f"node/{ref.ref}") for ref in given]
+        corners = [self._lonlat(ref.location, f"node/{drawn_id(ref.ref)}") for ref in given]
         whole = len(given) == len(way.nodes)
         if not self._meets(corners):
             self.report.outside += 1
@@ -137,7 +141,7 @@ class _Collector:
             self._keep(source, way, line)
 
     def _take_area(self, area: Any) -> None:
-        source = f"relation/{area.orig_id()}"
+        source = f"relation/{drawn_id(area.orig_id())}"
         self.assembled.add(source)
         polygons = []
         for outer in area.outer_rings():
@@ -159,14 +163,13 @@ class _Collector:
             for member in relation.members:
                 if member.role in ("house", "addr:houselink", "address"):
                     sort = {"n": "node", "w": "way", "r": "relation"}[member.type]
-                    self.street_of.setdefault(f"{sort}/{member.ref}", tags["name"])
+                    self.street_of.setdefault(f"{sort}/{drawn_id(member.ref)}", tags["name"])
         elif tags.get("type") == "multipolygon":
-            ways = tuple(m.ref for m in relation.members if m.type == "w")
-            self.relations[f"relation/{relation.id}"] = tags, ways
+            self.relations.add(f"relation/{drawn_id(relation.id)}")
 
     def data(self) -> OsmData:
         """Return what was collected, in the order of the sources' numbers."""
-        self.report.incomplete += sum(source not in self.assembled for source in self.relations)
+        self.report.incomplete += len(self.relations - self.assembled)
         features = list(self.features.values())
         bounds = tuple(self.extent) if self.features else None
         return OsmData(features, self.street_of, bounds)  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """A hand-made block becomes the map one would draw of it."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -159,6 +160,18 @@ def test_the_newest_of_two_versions_counts(tmp_path):
     assert "Old" not in town
     assert report.duplicates == 2
     assert "twice in the file, newest version kept: 2" in report.lines()
+
+
+def test_what_has_not_been_uploaded_has_ids_below_zero(tmp_path):
+    path = tmp_path / "drawn.osm"
+    text = block().text()
+    path.write_text(re.sub(r'\b(id|ref)="(\d+)"', r'\1="-\2"', text))
+    town, _ = import_osm(path, centre=CENTRE, side_m=200.0)
+    assert town.landmark("MainSt").properties["osm"] == ["way/-11", "way/-10"]
+    assert town.counts() == imported(block(), tmp_path)[0].counts()
+    path.write_text(re.sub(r'(<node id|<nd ref)="(\d+)"', r'\1="-\2"', text))
+    town, _ = import_osm(path, centre=CENTRE, side_m=200.0)
+    assert town.landmark("MainSt").properties["osm"] == ["way/10", "way/11"]
 
 
 def test_a_relation_without_its_members_and_a_way_without_a_node_are_told(tmp_path):
