@@ -22,6 +22,13 @@ _INVERSE = {
 }  # fmt: skip
 
 
+_BARE = frozenset(
+    ("behind", "front", "beside", "across", "near", "inside", "outside", "adjacent", "next",
+     "above", "below", "north", "south", "east", "west", "northeast", "northwest", "southeast",
+     "southwest")
+)  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class Attached:
     """A relation phrase and the objects it locates.
@@ -61,8 +68,9 @@ class _Clause:
     figures: tuple[str, ...] = ()
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
-    subject: Ground | None = None  # a landmark is the subject
+    subject: tuple[Ground, ...] = ()  # landmarks are the subject
     topic: Ground | None = None  # a landmark that no cue precedes
+    spoken: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
     route: bool = False
     negated: bool = False
@@ -185,14 +193,17 @@ class _Walk:
 
     def _on_where(self, at: int) -> int:
         """Read "the Dresden is where the red bike is"."""
-        place = self.clause.subject or self.clause.topic or self.reader.last_spoken()
-        figure = self.reader.past(at + 1, "det", "skip", "possessive", "same")
+        place = self.clause.topic or self.reader.last_spoken()
+        figure = self.reader.past(
+            at + 1, "det", "skip", "possessive", "same", "subject", "robot", "see", "be"
+        )
+        seen = figure > at + 1 and any(self.reader.kind(k) == "see" for k in range(at + 1, figure))
         if self.reader.kind(figure) != "figure" or place is None:
             return at + 1
         after = self.reader.past(figure + 1, "be", "skip")
-        if after == figure + 1 or read_relation(self.reader, after) is not None:
+        if not (seen or after > figure + 1) or read_relation(self.reader, after) is not None:
             return at + 1
-        self.clause.subject = None
+        self.clause.subject = ()
         self._on_figure(figure)
         item = self.reader.items[at]
         phrase = RelationPhrase(("at",), (place,), (item.first, item.last), item.last)
@@ -218,9 +229,12 @@ class _Walk:
     def _on_landmark(self, at: int) -> int:
         """Read a place that no cue precedes: the subject of a clause, or part of a route."""
         ground = self.clause.topic = self.reader.landmark(at)
-        after = self.reader.past(at + 1, "place", "none", "skip")
+        before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
+        joined = self.reader.kind(before) == "and"
+        self.clause.spoken = (*self.clause.spoken, ground) if joined else (ground,)
+        after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
-            self.clause.subject = ground
+            self.clause.subject = self.clause.spoken
             self.clause.open = False
             self.clause.negated = False
         return at + 1
@@ -305,7 +319,7 @@ class _Walk:
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route = True, True, False
-        clause.subject, clause.negated, clause.aside = None, False, False
+        clause.subject, clause.negated, clause.aside = (), False, False
 
     def _phrase(self, phrase: RelationPhrase, after: int, at: int) -> None:
         """Decide whose relation a phrase is."""
@@ -317,7 +331,7 @@ class _Walk:
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
         if not phrase.grounds:
-            back = self._left_out(phrase)
+            back = self._shared(phrase, after) or self._left_out(phrase, after)
             if back is None:
                 return
             phrase = back
@@ -326,7 +340,8 @@ class _Walk:
             clause.aside_used = clause.aside
             return
         about = phrase.grounds[0]
-        if clause.subject is not None:
+        clause.spoken = ()
+        if clause.subject:
             if about.kind == "figure":
                 self._converse(phrase, clause.subject)
             return
@@ -360,26 +375,44 @@ class _Walk:
             end = got[1]
         return False
 
-    def _left_out(self, phrase: RelationPhrase) -> RelationPhrase | None:
+    def _shared(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
+        """Return a phrase with the ground of the next: "close to, but not on, Grant Street"."""
+        onward = self.reader.past(after, "comma", "and", "or", "but", "neg", "only", "skip")
+        between = {self.reader.kind(k) for k in range(after, onward)}
+        if not between & {"and", "or", "but", "neg"}:
+            return None
+        spoken = len(self.reader.spoken)
+        got = read_relation(self.reader, onward)
+        del self.reader.spoken[spoken:]
+        if got is None or not got[0].grounds or got[0].grounds[0].kind != "landmark":
+            return None
+        return replace(phrase, grounds=got[0].grounds, joint=got[0].joint)
+
+    def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, said = self.clause, phrase.relations
         recent = self.reading.attached[max(self.sentence, len(self.reading.attached) - 8) :]
         given = [a for a in recent if a.figures == clause.figures]
         spoken = self.reader.last_spoken()
         sided = said[0] in (*_INVERSE, "middle", "side") or len(said) > 1
-        if spoken is None or not sided or not (given or clause.pending):
+        ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
+        if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
+            return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
+        sided = sided or (ends and said[0] in _BARE)
+        expected = given or clause.pending or (ends and said[0] in _BARE)
+        if spoken is None or not sided or not expected:
             if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
                 self.reading.loose.append(Ground("cue", *phrase.cue))
             return None
         return replace(phrase, grounds=(replace(spoken, confidence=0.7),), joint=False)
 
-    def _converse(self, phrase: RelationPhrase, place: Ground) -> None:
+    def _converse(self, phrase: RelationPhrase, places: tuple[Ground, ...]) -> None:
         """Turn "the Dresden is west of the car" round."""
         relations = tuple(_INVERSE[r] for r in phrase.relations if r in _INVERSE)
         for ground in phrase.grounds:
             ids = self.figures.known(ground.ids)
             if ids and relations:
-                turned = replace(phrase, relations=relations, grounds=(place,), joint=False)
+                turned = replace(phrase, relations=relations, grounds=places, joint=False)
                 self.figures.spoke_of(ids)
                 self._give(turned, ids, (ground.first, ground.last), 0.8)
 

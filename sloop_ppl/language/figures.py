@@ -131,6 +131,10 @@ class FigureFinder:
         end = _head_end(heads)
         words = words[:end]
         last = first + end
+        if not any(w in lexicon().colours for w in words):
+            after = _postposed(norms, last)
+            if after:
+                words, last = [norms[after - 1], *words], after
         plural = words[-1].endswith("s") and words[-1][:-1] in {*kinds, *self._nouns, "one"}
         colour = next((_plain(w) for w in words if w in lexicon().colours), None)
         if words[-1] in ("one", "ones"):
@@ -212,6 +216,22 @@ def _head_end(heads: list[int]) -> int:
     while end in heads:
         end += 1
     return end
+
+
+def _postposed(norms: Sequence[str], at: int) -> int:
+    """Return where "that is red" ends when it stands at a word, else 0."""
+    if norms[at : at + 1] in (["that's"], ["which's"]):
+        at += 1
+    elif norms[at : at + 1] in (["that"], ["which"]) and norms[at + 1 : at + 2] in (
+        ["is"],
+        ["was"],
+    ):
+        at += 2
+    else:
+        return 0
+    follows = norms[at + 1] if at + 1 < len(norms) else ""
+    coloured = at < len(norms) and norms[at] in lexicon().colours
+    return at + 1 if coloured and follows not in lexicon().object_kinds else 0
 
 
 def _within(name: tuple[str, ...], words: list[str]) -> bool:

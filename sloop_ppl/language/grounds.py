@@ -127,6 +127,8 @@ class GroundReader:
             return (back, at) if back is not None else None
         if kind == "word":
             return self._unknown(at)
+        if kind == "part":
+            return self._inside(at + 1)
         return None
 
     def landmark(self, at: int) -> Ground:

@@ -14,6 +14,7 @@ __all__ = ["LandmarkMention", "link_landmarks"]
 _GAP_COST = 0.2
 _ACCEPT = 0.5
 _ACCEPT_RARE = 0.2
+_ACCEPT_HEADED = 0.3
 _ALONE = 0.8
 _SOFT_MARKS = frozenset("-.'’&/")
 
@@ -60,6 +61,7 @@ def link_landmarks(words: Sequence[Word], index: NameIndex) -> list[LandmarkMent
     index : names of the map.
     """
     spots = _spots(words, index)
+    cased = any(w.text[:1].isupper() for w in words[1:])
     near: dict[int, list[tuple[int, int, Hit]]] = {}
     for spot in spots:
         near.setdefault(spot[2].name, []).append(spot)
@@ -69,6 +71,8 @@ def link_landmarks(words: Sequence[Word], index: NameIndex) -> list[LandmarkMent
         if name.landmark in index.junction_names:
             continue
         _align(words, name, found, fits)
+    if cased:
+        fits = {key: fit for key, fit in fits.items() if not _common_noun(words, fit)}
     return _choose(sorted(fits.values(), key=_preference), len(words))
 
 
@@ -181,7 +185,13 @@ def _judge(
         if not (whole and (len(name.tokens) > 1 or not _is_kind_word(name.tokens[0]))):
             return None
     elif coverage < _ACCEPT:
-        rare = any(
+        headed = (
+            len(chosen) > 1
+            and chosen[-1][2].last == len(name.tokens)
+            and coverage >= _ACCEPT_HEADED
+            and any(hit.similarity == 1.0 for hit, _ in telling)
+        )
+        rare = headed or any(
             hit.similarity >= (1.0 if len(t) < 5 else _ALONE)
             and t not in known.common
             and t not in known.closed
@@ -217,6 +227,11 @@ def _compass_conflict(
     if before.low == "." and first > 1:
         before = words[first - 2]
     return canonical(before.low) in compass and canonical(before.low) not in said
+
+
+def _common_noun(words: Sequence[Word], fit: _Fit) -> bool:
+    """Whether a small part of a name is written small in a text that has capitals."""
+    return fit.coverage < _ACCEPT and fit.last == fit.first + 1 and words[fit.first].text.islower()
 
 
 def _preference(fit: _Fit) -> tuple[float, float, int, int]:

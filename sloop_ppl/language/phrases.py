@@ -27,6 +27,8 @@ class RelationPhrase:
     relations : canonical relations, at least one unless only a ground was understood.
     grounds : what they are about; for `joint` relations all at once.
     joint : whether the grounds belong to one relation (between, corner).
+    corner : whether that is a corner.
+    part : whether a part was named ("side", "corner").
     negated : whether the phrase is denied.
     distance_m : the distance that was said.
     cue : half-open range of words of the cue.
@@ -38,6 +40,8 @@ class RelationPhrase:
     cue: tuple[int, int]
     last: int
     joint: bool = False
+    corner: bool = False
+    part: bool = False
     negated: bool = False
     distance_m: float | None = None
 
@@ -111,10 +115,22 @@ def _simple(
     """Read a cue and its grounds, each of which makes a relation of its own."""
     item = reader.items[at]
     cue = item.first, item.last
+    denied = reader.past(onward, "skip")
+    if reader.kind(denied) == "neg":
+        negated, onward = not negated, denied + 1
+    if (
+        reader.kind(onward) == "comma"
+        and reader.kind(_past_leads(reader, onward + 1)) == "landmark"
+    ):
+        onward += 1
     got = reader.read(onward)
     if got is None:
         return RelationPhrase((relation,), (), cue, item.last, negated=negated), onward
     ground, after = got
+    if ground.kind == "landmark" and relation == "across" and reader.kind(after) == "from":
+        got = reader.read(after + 1)
+        if got is not None and got[0].kind == "landmark":
+            ground, after = got
     if ground.kind == "landmark":
         sided = _own_side(reader, after)
         if sided is not None:
@@ -149,6 +165,8 @@ def _more(reader: GroundReader, ground: Ground, at: int) -> tuple[tuple[Ground, 
     grounds = [ground]
     while len(grounds) < _MOST_GROUNDS and ground.kind == "landmark":
         onward = reader.past(at, "comma", "and", "or", "skip", "none")
+        if reader.value(onward) == "nor":
+            onward += 1
         if onward == at or all(reader.kind(k) in ("skip", "none") for k in range(at, onward)):
             break
         after = _past_leads(reader, onward)
@@ -233,7 +251,9 @@ def _junction(
     if not grounds:
         return RelationPhrase(relations, (), cue, cue[1], negated=negated), at + 1
     joint = len(grounds) > 1
-    phrase = RelationPhrase(relations, grounds, cue, grounds[-1].last, joint=joint, negated=negated)
+    phrase = RelationPhrase(
+        relations, grounds, cue, grounds[-1].last, joint, joint, negated=negated
+    )
     return phrase, after
 
 
@@ -264,6 +284,8 @@ def _direction(
         back = got[0] if got else reader.last_spoken()
         owners = (back,) if back is not None else ()
         return RelationPhrase(directions, owners, span, span[1]), onward
+    if reader.kind(onward) == "comma" and reader.kind(onward + 1) == "of":
+        onward += 1
     linked = reader.kind(onward) in ("of", "from") or (reader.kind(onward) == "to" and not part)
     if linked:
         onward += 1
@@ -272,7 +294,8 @@ def _direction(
             return _junction(reader, nested, first, directions, negated)
     direct = reader.kind(_past_leads(reader, onward)) == "landmark" and not part
     if not (linked or direct):
-        return RelationPhrase(directions, (), span, span[1], negated=negated), onward
+        bare = RelationPhrase(directions, (), span, span[1], part=part, negated=negated)
+        return bare, onward
     grounds: tuple[Ground, ...] = ()
     after = onward
     if corner:
@@ -287,7 +310,9 @@ def _direction(
     crossing = corner and len(grounds) > 1
     if cue is not None and (near or crossing):
         directions = (cue.relation, *directions)
-    phrase = RelationPhrase(directions, grounds, span, grounds[-1].last, crossing, negated)
+    phrase = RelationPhrase(
+        directions, grounds, span, grounds[-1].last, crossing, crossing, part, negated
+    )
     return phrase, after
 
 
