@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,9 @@ from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
 from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
+from sloop_ppl.maps.osm.mend import Unmade, mended
 from sloop_ppl.maps.osm.ordered import NotInOrder, drawn_id, ordered_copy
+from sloop_ppl.maps.osm.refusal import unreadable
 from sloop_ppl.maps.osm.report import ImportReport
 
 __all__ = ["Bounds", "file_bounds", "read_osm"]
@@ -24,7 +24,6 @@ Bounds = tuple[float, float, float, float]
 # What libosmium has for the place of a node that the file lacks.
 _UNDEFINED = 2147483647
 _STREET_RELATIONS = {"associatedStreet", "street"}
-_COORDINATE = re.compile(r"coordinate: '([^']*)'|lon/lat: '?([^'\s]*)")
 
 
 def file_bounds(path: Path) -> Bounds | None:
@@ -44,7 +43,7 @@ def file_bounds(path: Path) -> Bounds | None:
             low, high = box.bottom_left, box.top_right
             return low.lon, low.lat, high.lon, high.lat
     except Exception as error:  # libosmium raises RuntimeError and kinds of its own
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
 
 
 def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData:
@@ -73,7 +72,7 @@ def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData
     except MapError:
         raise
     except Exception as error:  # libosmium raises RuntimeError and kinds of its own
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
 
 
 def _collected(path: Path, called: Path, bounds: Bounds | None, report: ImportReport) -> OsmData:
@@ -83,7 +82,7 @@ def _collected(path: Path, called: Path, bounds: Bounds | None, report: ImportRe
     objects = osmium.FileProcessor(str(path)).with_locations().with_areas()
     for thing in objects.with_filter(osmium.filter.EmptyTagFilter()):
         found.take(thing)
-    return found.data()
+    return found.data(path)
 
 
 class _Collector:
@@ -93,7 +92,7 @@ class _Collector:
         self.path, self.bounds, self.report = path, bounds, report
         self.features: dict[str, OsmFeature] = {}
         self.street_of: dict[str, str] = {}
-        self.relations: set[str] = set()
+        self.relations: dict[str, Unmade] = {}
         self.assembled: set[str] = set()
         self.extent = [float("inf"), float("inf"), -float("inf"), -float("inf")]
 
@@ -117,7 +116,7 @@ class _Collector:
     def _take_node(self, node: Any) -> None:
         source = f"node/{drawn_id(node.id)}"
         lon, lat = self._lonlat(node.location, source)
-        self._keep(source, node, shapely.Point(lon, lat))
+        self._keep(source, dict(node.tags), shapely.Point(lon, lat))
 
     def _take_way(self, way: Any) -> None:
         source = f"way/{drawn_id(way.id)}"
@@ -136,9 +135,9 @@ class _Collector:
             return
         line = shapely.LineString(distinct)
         if whole and len(distinct) >= 4:
-            self._keep(source, way, shapely.Polygon(distinct), outline=line)
+            self._keep(source, dict(way.tags), shapely.Polygon(distinct), outline=line)
         else:
-            self._keep(source, way, line)
+            self._keep(source, dict(way.tags), line)
 
     def _take_area(self, area: Any) -> None:
         source = f"relation/{drawn_id(area.orig_id())}"
@@ -155,7 +154,7 @@ class _Collector:
             self.report.outside += 1
             return
         shape = polygons[0] if len(polygons) == 1 else shapely.MultiPolygon(polygons)
-        self._keep(source, area, shape)
+        self._keep(source, dict(area.tags), shape)
 
     def _take_relation(self, relation: Any) -> None:
         tags = dict(relation.tags)
@@ -165,23 +164,31 @@ class _Collector:
                     sort = {"n": "node", "w": "way", "r": "relation"}[member.type]
                     self.street_of.setdefault(f"{sort}/{drawn_id(member.ref)}", tags["name"])
         elif tags.get("type") == "multipolygon":
-            self.relations.add(f"relation/{drawn_id(relation.id)}")
+            ways = tuple((m.ref, m.role) for m in relation.members if m.type == "w")
+            self.relations[f"relation/{drawn_id(relation.id)}"] = tags, ways
 
-    def data(self) -> OsmData:
+    def data(self, path: Path) -> OsmData:
         """Return what was collected, in the order of the sources' numbers."""
-        self.report.incomplete += len(self.relations - self.assembled)
+        unmade = {s: r for s, r in self.relations.items() if s not in self.assembled}
+        for feature in mended(path, unmade, self.report):
+            west, south, east, north = feature.geometry.bounds
+            if self._meets([(west, south), (east, north)]):
+                self._keep(feature.source, feature.tags, feature.geometry)
         features = list(self.features.values())
         bounds = tuple(self.extent) if self.features else None
         return OsmData(features, self.street_of, bounds)  # type: ignore[arg-type]
 
     def _keep(
-        self, source: str, thing: Any, geometry: BaseGeometry, outline: BaseGeometry | None = None
+        self,
+        source: str,
+        tags: dict[str, str],
+        geometry: BaseGeometry,
+        outline: BaseGeometry | None = None,
     ) -> None:
         west, south, east, north = geometry.bounds
         if geometry.geom_type == "Point" and not self._meets([(west, south)]):
             self.report.outside += 1
             return
-        tags = {tag.k: tag.v for tag in thing.tags}
         self.features[source] = OsmFeature(source, tags, geometry, outline)
         e = self.extent
         self.extent = [min(e[0], west), min(e[1], south), max(e[2], east), max(e[3], north)]
@@ -210,34 +217,3 @@ class _Collector:
 
 def _corners(ring: Any) -> list[tuple[float, float]]:
     return [(ref.lon, ref.lat) for ref in ring]
-
-
-def _unreadable(path: Path, error: Exception) -> MapError:
-    """Return the one line for a file that libosmium refuses; it names the node at fault."""
-    told = " ".join(str(error).split()) or type(error).__name__
-    feature = name = None
-    if found := _COORDINATE.search(told):
-        for feature, name in _bearers(path, found[1] or found[2]):
-            told = f"{feature}: field '{name}' is {found[1] or found[2]!r}"
-            break
-    return MapError(
-        f"File '{path}' cannot be read as OpenStreetMap: {told}; expected .osm XML or .osm.pbf, "
-        "whole",
-        feature=feature,
-        field=name,
-    )
-
-
-def _bearers(path: Path, value: str) -> Iterator[tuple[str, str]]:
-    """Yield the nodes of an XML file that have a coordinate of this text, to name them."""
-    node = re.compile(rb"<node\b[^>]*>")
-    try:
-        content = path.read_bytes() if path.stat().st_size < 1 << 28 else b""
-    except OSError:
-        return
-    for found in node.finditer(content):
-        text = found[0].decode("utf-8", "replace")
-        number = re.search(r"\bid=[\"'](-?\d+)", text)
-        for name in ("lat", "lon"):
-            if number and re.search(rf"\b{name}=[\"']{re.escape(value)}[\"']", text):
-                yield f"node/{number[1]}", name

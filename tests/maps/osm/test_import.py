@@ -143,6 +143,29 @@ def test_a_self_crossing_outline_is_repaired_and_reported(tmp_path):
     assert "outlines that cross themselves, repaired: 1 (way/40)" in report.lines()
 
 
+def test_a_relation_whose_ring_crosses_itself_is_repaired_and_reported(tmp_path):
+    osm = block()
+    osm.way(40, (60, 60), (90, 90), (90, 60))
+    osm.way(41, (90, 60), (60, 90), (60, 60))
+    osm.box(42, 62, 70, 64, 80)
+    osm.relation(
+        50, ("way", 40, "outer"), ("way", 41, "outer"), ("way", 42, "inner"), type="multipolygon",
+        building="yes", name="Bow Tie",
+    )  # fmt: skip
+    town, report = imported(osm, tmp_path)
+    assert (report.repaired, report.incomplete) == (["relation/50"], 0)
+    assert town.landmark("BowTie").geometry.area == pytest.approx(2 * 225 - 20, abs=0.5)
+
+
+def test_a_relation_that_encloses_nothing_is_reported(tmp_path):
+    osm = block()
+    osm.way(40, (60, 60), (90, 90), (90, 60))
+    osm.relation(50, ("way", 40, "outer"), type="multipolygon", building="yes", name="Open")
+    town, report = imported(osm, tmp_path)
+    assert report.broken == ["relation/50"]
+    assert "Open" not in town
+
+
 def test_an_outline_without_area_is_left_out_and_reported(tmp_path):
     osm = block()
     osm.way(40, (60, 60), (80, 60), (60, 60), (80, 60), (60, 60), building="yes", name="Flat")
