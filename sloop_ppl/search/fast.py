@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.search._pomdp import Agent, Planner
+from sloop_ppl.search._pomdp import POUCT, Agent, Planner
 from sloop_ppl.search.episode import PlanInfo
 from sloop_ppl.search.informed import InformedPlanner
 from sloop_ppl.search.kernel import (
@@ -27,6 +27,8 @@ from sloop_ppl.search.values import SearchAction, SearchObservation
 
 __all__ = ["FastPlanner", "NativePouct"]
 
+NO_MODEL = "the domain has no native model; planned by pomdp_py.POUCT"
+
 _log = logging.getLogger(__name__)
 
 
@@ -38,9 +40,12 @@ class NativePouct(Planner):
 
     Parameters
     ----------
-    model : the domain's native model.
+    model : the domain's native model; when None it is the attribute ``native`` of the agent's
+        transition model. An agent without one is planned for by ``pomdp_py.POUCT``, with a
+        warning in the log and a note in `last_info`.
     sims, depth, discount, exploration : as in `SearchConfig`.
     rng : where the seed of the simulations comes from.
+    rollout_policy : rollout policy of the fallback; the agent's policy model when None.
 
     Attributes
     ----------
@@ -49,18 +54,20 @@ class NativePouct(Planner):
 
     def __init__(
         self,
-        model: NativeModel,
+        model: NativeModel | None = None,
         *,
         sims: int = 1000,
         depth: int = 30,
         discount: float = 0.95,
         exploration: float = 1000.0,
         rng: np.random.Generator,
+        rollout_policy: Any = None,
     ) -> None:
         self.model = model
+        self._rollout_policy = rollout_policy
+        self._fallback: POUCT | None = None
         self.budget = Budget(sims, depth, float(discount), float(exploration))
         self._random = rng.integers(2**63, size=1, dtype=np.uint64)
-        self._state = np.zeros(model.state_size, dtype=np.int64)
         self._scratch = new_scratch(depth)
         self._tree: FlatTree | None = None
         self._size = 0
@@ -74,21 +81,25 @@ class NativePouct(Planner):
     def plan(self, agent: Agent) -> Any:
         """Return the action with the highest value at the root."""
         begun = time.perf_counter()
-        tree = self._roomy()
+        model = self.model or getattr(agent.transition_model, "native", None)
+        if model is None:
+            return self._fall_back(agent)
+        self.model = model
+        tree = self._roomy(len(model.actions))
         self._size = grow(
-            self.model.data,
-            self.model.belief(agent),
+            model.data,
+            model.belief(agent),
             tree,
             self._size,
             self.budget,
             self._random,
-            self._state,
+            np.zeros(model.state_size, dtype=np.int64),
             self._scratch,
         )
         values, counts = tree.values[0], tree.counts[0]
         tried = [a for a in range(len(counts)) if tree.legal[0] >> a & 1]
         best = max(tried, key=lambda a: (values[a], -a))
-        names = [str(a) for a in self.model.actions]
+        names = [str(a) for a in model.actions]
         self.last_info = PlanInfo(
             "fast",
             sims=self.budget.sims,
@@ -97,12 +108,13 @@ class NativePouct(Planner):
             visits={names[a]: int(counts[a]) for a in tried},
             notes={"nodes": self._size},
         )
-        return self.model.actions[best]
+        return model.actions[best]
 
     def update(self, agent: Agent, real_action: Any, real_observation: Any) -> None:
         """Keep the part of the tree below what was done and observed."""
-        del agent
-        if self._tree is None or self._size == 0:
+        if self._fallback is not None:
+            self._fallback.update(agent, real_action, real_observation)
+        if self.model is None or self._tree is None or self._size == 0:
             return
         action = self.model.actions.index(real_action)
         child = int(find_child(self._tree, 0, action, self.model.key(real_observation)))
@@ -117,13 +129,36 @@ class NativePouct(Planner):
         """Drop the tree."""
         self._tree, self._size = None, 0
 
-    def _roomy(self) -> FlatTree:
+    def _fall_back(self, agent: Agent) -> Any:
+        """Return the action that ``pomdp_py.POUCT`` chooses."""
+        if self._fallback is None:
+            _log.warning(NO_MODEL)
+            self._fallback = POUCT(
+                max_depth=self.budget.depth,
+                num_sims=self.budget.sims,
+                discount_factor=self.budget.discount,
+                exploration_const=self.budget.exploration,
+                rollout_policy=self._rollout_policy or agent.policy_model,
+            )
+        action = self._fallback.plan(agent)
+        children = agent.tree.children
+        self.last_info = PlanInfo(
+            "pouct",
+            sims=self._fallback.last_num_sims,
+            seconds=self._fallback.last_planning_time,
+            values={str(a): float(node.value) for a, node in children.items()},
+            visits={str(a): int(node.num_visits) for a, node in children.items()},
+            notes={"fallback": NO_MODEL},
+        )
+        return action
+
+    def _roomy(self, n_actions: int) -> FlatTree:
         """Return the tree, with room for one more node per simulation."""
         wanted = self._size + self.budget.sims
         if self._tree is None or self._size == 0:
-            self._tree, self._size = new_tree(wanted, len(self.model.actions)), 0
+            self._tree, self._size = new_tree(wanted, n_actions), 0
         elif len(self._tree.visits) < wanted:
-            larger = new_tree(wanted, len(self.model.actions))
+            larger = new_tree(wanted, n_actions)
             compact(self._tree, self._size, 0, larger)
             self._tree = larger
         return self._tree

@@ -38,6 +38,10 @@ FIELDS_BYTES = 64 * 2**20
 EXPLORATION_SHARE = 0.03
 """Share of the exploration weight that is used: paths have no noise to be averaged out."""
 
+import os
+
+TRUST = float(os.environ.get("TRUST", "1"))
+
 
 class InformedPlanner:
     """Search the tree of paths; find what was seen when that is worth it.
@@ -141,7 +145,7 @@ class InformedPlanner:
         inner = mass[self._reach : -self._reach, self._reach : -self._reach]
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
-                inner += table.reshape(belief.space.shape)
+                inner += _sharpened(table).reshape(belief.space.shape)
         return Worth(
             mass=mass.ravel(),
             hit=float(config.true_positive_rate),
@@ -228,6 +232,15 @@ class InformedPlanner:
             node = int(tree.child[node, move])
             path.append(move)
             chances.append(float(tree.gain[node]))
+
+
+def _sharpened(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a belief to the power `TRUST`, normalised."""
+    if TRUST == 1.0:
+        return table
+    sharp = table**TRUST
+    normalised: NDArray[np.float64] = sharp / sharp.sum()
+    return normalised
 
 
 def _ground(space: SearchSpace, reach: int) -> Ground:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from sloop_ppl.search._pomdp import (
     ObservationModel,
@@ -14,6 +16,9 @@ from sloop_ppl.search._pomdp import (
 from sloop_ppl.search.detection import Detector
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
+
+if TYPE_CHECKING:
+    from sloop_ppl.search.native_search import NativeSearch
 
 __all__ = [
     "PublishedRollout",
@@ -37,6 +42,13 @@ class SearchTransitionModel(TransitionModel):
 
     def __init__(self, space: SearchSpace) -> None:
         self.space = space
+
+    @cached_property
+    def native(self) -> NativeSearch:
+        """The search as the planner ``fast`` runs it."""
+        from sloop_ppl.search.native_search import NativeSearch
+
+        return NativeSearch(self.space)
 
     def sample(self, state: SearchState, action: SearchAction) -> SearchState:
         """Return the state that follows; it is certain."""

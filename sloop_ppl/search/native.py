@@ -150,7 +150,7 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
     rollout = functions.rollout or roll_out
 
     def ours(data: Any) -> bool:
-        return isinstance(data, types.NamedTuple) and data.instance_class is data_class
+        return isinstance(data, types.BaseNamedTuple) and data.instance_class is data_class
 
     @_overload(native_draw)
     def _(data: Any, belief: Any, state: Any, random: Any) -> Any:  # noqa: ARG001
