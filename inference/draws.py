@@ -132,8 +132,9 @@ def _inverse(weights: Table, uniforms: Table) -> NDArray[np.intp]:
 def _by_column(weights: Table, uniforms: Table) -> NDArray[np.intp]:
     """Draw a row for every column of weights, shape (M, n), with one number each."""
     running = np.cumsum(weights, 0)
-    drawn: NDArray[np.intp] = (uniforms * running[-1] >= running).sum(0)
-    return np.minimum(drawn, len(weights) - 1)
+    passed = (uniforms * running[-1] >= running).sum(0)
+    drawn: NDArray[np.intp] = np.minimum(passed, len(weights) - 1)
+    return drawn
 
 
 def _share(posterior: Posterior, target: str, one: Framed, other: Framed) -> bool:

@@ -212,7 +212,8 @@ def _gain_of_settings(fronts: Table, log_prior: Table, settings: Table) -> tuple
     prior = np.bincount(which, weights=np.exp(log_prior))
     by_front = np.zeros((len(met), settings.shape[-1]))
     np.add.at(by_front, which, settings)
-    return by_front / np.maximum(prior, 1e-300)[:, None], met
+    gain: Table = by_front / np.maximum(prior, 1e-300)[:, None]
+    return gain, met
 
 
 def _nearest(met: Table, angles: Table) -> NDArray[np.intp]:

@@ -130,7 +130,7 @@ def rank_models(
     named = _named(posteriors)
     (first_name, first), *others = named.items()
     for name, posterior in named.items():
-        if str(posterior.model.normalisation) != "speaker":
+        if posterior.model.normalisation != "speaker":
             raise InputError(
                 f"Model '{name}' has '{posterior.model.normalisation}' normalisation, so its log "
                 "evidence ranks no models; expected 'speaker' for all of them: "

@@ -30,6 +30,7 @@ from sloop_ppl.inference.summaries import (
 )
 from sloop_ppl.inference.tables import (
     component_table,
+    component_weights,
     frame_array,
     frame_table,
     responsibility_table,
@@ -118,7 +119,7 @@ class Posterior:
         """
         return LogEvidence(
             self._coupling.log_evidence,
-            str(self.model.normalisation),
+            self.model.normalisation,
             self.model.name,
             words_of(self),
         )
@@ -212,6 +213,10 @@ class Posterior:
         """Return p(component, cell), dims component, y, x, for one description of a target."""
         self._said(target)
         return component_table(self, target, which)
+
+    def component_prior(self, target: str, which: int = -1) -> dict[str, float]:
+        """Return the prior weight of each component of a description, 0 where it does not apply."""
+        return component_weights(self, target, which) if self._said(target) else {}
 
     def joint_frame(
         self, target: str, relation: int | None = None, ground: str | None = None, bins: int = 72

@@ -76,7 +76,7 @@ def probability_in(belief: Table, grid: Grid, polygon: Any) -> float:
     inside = shapely.contains_properly(polygon, boxes)
     share = np.ones(len(boxes))
     share[~inside] = shapely.area(shapely.intersection(boxes[~inside], polygon)) / grid.cell_m**2
-    return float(min(belief[held] @ share, 1.0))
+    return min(float(belief[held] @ share), 1.0)
 
 
 def hpd_places(belief: Table, grid: Grid, mass: float = 0.9) -> tuple[Place, ...]:

@@ -11,11 +11,19 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
 from sloop_ppl.maps import Grid
+from sloop_ppl.models import log_phrase
 
 if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
 
-__all__ = ["component_table", "frame_array", "frame_table", "responsibility_table"]
+__all__ = [
+    "component_table",
+    "component_weights",
+    "frame_array",
+    "frame_table",
+    "phrase_tables",
+    "responsibility_table",
+]
 
 Table = NDArray[np.float64]
 
@@ -44,6 +52,34 @@ def responsibility_table(posterior: Posterior, target: str, which: int) -> xarra
     return _over_cells(
         posterior._responsibilities(target, which), names, posterior.city.grid, "responsibility"
     )
+
+
+def component_weights(posterior: Posterior, target: str, which: int) -> dict[str, float]:
+    """Return the prior weight of each component, shared out among those that apply."""
+    names = _described(posterior, target, which)
+    log_factor = posterior._said(target)[which].log_factor
+    applies = np.isfinite(log_factor).any(axis=(0, 2))
+    weights = np.array([part.weight for part in posterior.model.components]) * applies
+    return dict(zip(names, map(float, weights / weights.sum()), strict=True))
+
+
+def phrase_tables(posterior: Posterior, target: str) -> tuple[Table, ...]:
+    """Return what each relation says of the cells by itself, as it was meant.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        One table per relation of ``posterior.relations(target)``, summing to one, shape (H, W):
+        no other relation, no component but the literal one, no prior; fronts summed out.
+    """
+    tables = []
+    for said in posterior._said(target):
+        for index in range(len(said.description.about(target))):
+            own = [term for term in said.terms if term.index == index]
+            log_p = sum(log_phrase(term, posterior.model).numpy() for term in own)
+            table = np.exp(log_p - np.max(log_p))
+            tables.append((table / table.sum()).reshape(posterior.city.grid.shape))
+    return tuple(tables)
 
 
 def frame_table(posterior: Posterior, target: str, framed: Framed, bins: int) -> xarray.DataArray:

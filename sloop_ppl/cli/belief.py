@@ -25,13 +25,24 @@ def infer(
         Path | None, typer.Option(help="A saved posterior whose beliefs are the prior.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
-    figure: Annotated[Path | None, typer.Option(help="Draw the beliefs, .png .pdf .svg.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the beliefs and what explains them, .png .pdf .svg.")
+    ] = None,
+    export: Annotated[
+        Path | None, typer.Option(help="Write the cells with their probability, .geojson.")
+    ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say why the belief is where it is.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are."""
     import sloop_ppl as sloop
+    from sloop_ppl.bridge.explain import explain_lines
     from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge.requests import posterior_of
+    from sloop_ppl.bridge.sheets import figure_of
+    from sloop_ppl.inference import write_geojson
     from sloop_ppl.outputs import check_output
     from sloop_ppl.plots import check_figure_path
 
@@ -39,6 +50,8 @@ def infer(
         check_output(out, (".nc",))
     if figure:
         check_figure_path(figure)
+    if export:
+        check_output(export, (".geojson", ".json"))
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
         prior=prior,
@@ -48,8 +61,12 @@ def infer(
     if out:
         posterior.save(out)
     if figure:
-        sloop.plots.save_figure(sloop.plots.plot_beliefs(posterior), figure)
+        sloop.plots.save_figure(figure_of(posterior), figure)
+    if export:
+        write_geojson(posterior, export)
     if json:
         print_json(belief_report(posterior))
+        for line in explain_lines(posterior) if explain else ():
+            progress(line)
     else:
-        print_data(*belief_lines(posterior))
+        print_data(*(explain_lines(posterior) if explain else belief_lines(posterior)))

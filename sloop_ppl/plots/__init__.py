@@ -13,9 +13,11 @@ from sloop_ppl.plots.formats import (
 from sloop_ppl.plots.frame import frame_bins, plot_frame
 from sloop_ppl.plots.parts import plot_change, plot_relations
 from sloop_ppl.plots.search import plot_search
-from sloop_ppl.plots.sheet import plot_sheet
+from sloop_ppl.plots.sheet import Front, SheetParts, plot_sheet, plot_sheets
 
 __all__ = [
+    "Front",
+    "SheetParts",
     "animate_search",
     "animation_formats",
     "check_figure_path",
@@ -31,5 +33,6 @@ __all__ = [
     "plot_relations",
     "plot_search",
     "plot_sheet",
+    "plot_sheets",
     "save_figure",
 ]

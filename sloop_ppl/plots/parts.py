@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, FigureBase
 
-__all__ = ["draw_parts", "plot_change", "plot_relations"]
+__all__ = ["bits_gained", "draw_parts", "plot_change", "plot_relations"]
 
 Cells = NDArray[np.float64]
 
@@ -158,7 +158,7 @@ def plot_change(
     layer.avoid(points=[mode])
     add_colour_bar(axes, image, "change of the probability of a cell")
     size = font_pt(width_in(axes)) + 1.5
-    told = title or f"{_bits(posterior, prior):.2f} bits gained"
+    told = title or f"{bits_gained(posterior, prior):.2f} bits gained"
     axes.set_title(
         fitted(told, size, width_in(axes)), fontsize=size, color=INK, pad=5, parse_math=False
     )
@@ -167,7 +167,7 @@ def plot_change(
     return axes
 
 
-def _bits(posterior: Cells, prior: Cells) -> float:
+def bits_gained(posterior: Cells, prior: Cells) -> float:
     """Return the Kullback-Leibler divergence of the posterior from the prior, bits."""
     held = posterior > 0
     with np.errstate(divide="ignore"):

@@ -3,26 +3,74 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.plots._axes import fitted
 from sloop_ppl.plots._palette import INK
-from sloop_ppl.plots._protocols import PosteriorLike
+from sloop_ppl.plots._protocols import FrameLike, PosteriorLike
 from sloop_ppl.plots.bars import plot_components, plot_influence
 from sloop_ppl.plots.belief import plot_belief
+from sloop_ppl.plots.city import spoken_name
 from sloop_ppl.plots.frame import plot_frame
-from sloop_ppl.plots.parts import draw_parts
+from sloop_ppl.plots.parts import bits_gained, draw_parts, plot_change
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, FigureBase
 
-__all__ = ["plot_sheet"]
+__all__ = ["Front", "SheetParts", "plot_sheet", "plot_sheets"]
 
 Cells = NDArray[np.float64]
-_MOST_PARTS, _ONE_ROW = 6, 3
+_MOST_PARTS, _MOST_FRONTS = 6, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Which way a landmark faces; see :func:`sloop_ppl.plots.plot_frame`.
+
+    Parameters
+    ----------
+    ground : id of the landmark.
+    posterior, prior : probabilities of B equal directions, shape (B,), or frames.
+    title : title of the rose; says whose front it is when None.
+    """
+
+    ground: str
+    posterior: NDArray[np.float64] | Sequence[FrameLike]
+    prior: NDArray[np.float64] | None = None
+    title: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SheetParts:
+    """What explains the belief of one target; whatever is empty is not drawn.
+
+    Parameters
+    ----------
+    parts : relation in words -> how well each cell fits it, shape (H, W).
+    grounds : words -> ids of the landmarks to highlight in that part.
+    component_maps : component -> belief if it is the right one, shape (H, W).
+    components, component_prior : probabilities; see :func:`plot_components`.
+    influence : bits of each relation; see :func:`plot_influence`.
+    fronts : frames of reference; the first two are drawn.
+    prior : belief before anything was said, shape (H, W), to draw the change from.
+    truth : x and y of the true place, metres.
+    """
+
+    parts: Mapping[str, Cells] = field(default_factory=dict)
+    grounds: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    component_maps: Mapping[str, Cells] = field(default_factory=dict)
+    components: Mapping[str, float] = field(default_factory=dict)
+    component_prior: Mapping[str, float] | None = None
+    influence: Mapping[str, float] = field(default_factory=dict)
+    fronts: Sequence[Front] = ()
+    prior: Cells | None = None
+    truth: tuple[float, float] | None = None
 
 
 def plot_sheet(
@@ -52,46 +100,155 @@ def plot_sheet(
     Returns
     -------
     matplotlib.figure.Figure
-        A figure that pyplot does not hold: the belief on the left; parts, bars and the frame of
-        the first landmark with one on the right.
+        A figure that pyplot does not hold: the belief, the parts, the bars and the frame of the
+        first landmark with one.
 
     Raises
     ------
     UnknownName : when the posterior has no such target.
     InputError : as the functions that draw the parts.
     """
+    frames = list(posterior.frames(target)) if target in posterior.targets else []
+    same = [f for f in frames if (f.ground, f.relation) == (frames[0].ground, frames[0].relation)]
+    sheet = SheetParts(
+        parts=parts or {},
+        grounds=grounds or {},
+        components=components or {},
+        component_prior=component_prior,
+        influence=influence or {},
+        fronts=[Front(frames[0].ground, same)] if frames else [],
+        truth=truth,
+    )
+    return plot_sheets(posterior, {target: sheet})
+
+
+def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> Figure:
+    """Draw one sheet a target, one below the other, under what was said.
+
+    Parameters
+    ----------
+    posterior : beliefs over the cells of a map.
+    sheets : target -> what explains its belief.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure that pyplot does not hold: for each target the belief on the left, relation by
+        relation and component by component on the right, and below them bars, the frames on
+        their landmarks, and the change from the prior.
+
+    Raises
+    ------
+    UnknownName : when the posterior has no such target.
+    InputError : when there is no sheet, or as the functions that draw the parts.
+    """
     from matplotlib.figure import Figure
 
-    frames = list(posterior.frames(target))
-    boxes = [bool(components), bool(influence), bool(frames)]
-    tall = [bool(parts), any(boxes)]
-    if not any(tall):
-        figure = Figure(figsize=(6.8, 7.1), layout="constrained")
-        plot_belief(posterior, target, ax=figure.add_subplot(), truth=truth)
-        return figure
-    figure = Figure(figsize=(12.6, 6.9), layout="constrained")
-    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.05]).flat
-    plot_belief(posterior, target, ax=left.add_subplot(), truth=truth)
-    rows = 1 if parts and len(parts) <= _ONE_ROW else 2
-    ratios = [rows, 1.3] if all(tall) else [1]
-    bands = list(right.subfigures(len(ratios), 1, squeeze=False, height_ratios=ratios).flat)
-    if parts:
-        shown = dict(list(parts.items())[:_MOST_PARTS])
-        columns = -(-len(shown) // rows)
-        draw_parts(bands[0], posterior.city, shown, None, grounds or {}, truth, columns)
-        bands[0].suptitle("What each relation says by itself", fontsize=9, color=INK)
-    if any(boxes):
-        shape = (1, sum(boxes)) if parts else (sum(boxes), 1)
-        axes = list(bands[-1].subplots(*shape, squeeze=False).flat)
-        if components:
-            plot_components(components, prior=component_prior, ax=axes.pop(0), title="Components")
-        if influence:
-            plot_influence(influence, ax=axes.pop(0), title="Influence", label="bits")
-        if frames:
-            ground = frames[0].ground
-            same = [f for f in frames if f.ground == ground and f.relation == frames[0].relation]
-            plot_frame(posterior.city, ground, same, ax=axes.pop(0), legend=False)
+    if not sheets:
+        raise InputError("There is no target to draw; expected at least one")
+    sizes = [_size(sheet) for sheet in sheets.values()]
+    width = max(w for w, _ in sizes)
+    figure = Figure(figsize=(width, sum(h for _, h in sizes) + 0.4), layout="constrained")
+    bands = figure.subfigures(len(sheets), 1, squeeze=False, height_ratios=[h for _, h in sizes])
+    for band, (target, sheet) in zip(bands.flat, sheets.items(), strict=True):
+        _fill(band, posterior, target, sheet)
     said = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
     if said:
-        figure.suptitle(fitted(f"“{said}”", 11.0, 11.6), fontsize=11, color=INK, parse_math=False)
+        told = fitted(f"“{said}”", 11.0, 0.92 * width)
+        figure.suptitle(told, fontsize=11, color=INK, parse_math=False)
     return figure
+
+
+def _boxes(sheet: SheetParts) -> int:
+    bars = bool(sheet.components) + bool(sheet.influence)
+    return bars + len(sheet.fronts[:_MOST_FRONTS]) + (sheet.prior is not None)
+
+
+def _rows(count: int, alone: bool) -> int:
+    """Return the number of rows of so many small maps, flatter when they share the space."""
+    return 1 if count <= (1 if alone else 4) else 2
+
+
+def _size(sheet: SheetParts) -> tuple[float, float]:
+    """Return the width and height of a sheet, inches."""
+    maps = bool(sheet.parts or sheet.component_maps)
+    if not maps and not _boxes(sheet):
+        return 6.8, 7.0
+    return 13.2, 6.3 + 3.2 * (maps and _boxes(sheet) > 0)
+
+
+def _fill(figure: FigureBase, posterior: PosteriorLike, target: str, sheet: SheetParts) -> None:
+    """Draw the sheet of one target into a part of a figure."""
+    maps, boxes = bool(sheet.parts or sheet.component_maps), _boxes(sheet)
+    if not maps and not boxes:
+        plot_belief(posterior, target, ax=figure.add_subplot(), truth=sheet.truth)
+        return
+    top, below = figure, None
+    if maps and boxes:
+        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[6.3, 3.2]).flat
+    left, right = top.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.05]).flat
+    plot_belief(posterior, target, ax=left.add_subplot(), truth=sheet.truth)
+    if maps:
+        _maps(right, posterior, sheet)
+    if below is not None:
+        widths = [1.0] * boxes
+        axes = below.subplots(1, boxes, squeeze=False, width_ratios=widths)
+        _draw_boxes(list(axes.flat), posterior, target, sheet)
+    elif boxes:
+        rows = -(-boxes // 2) if boxes > 3 else boxes
+        axes = right.subplots(rows, 2 if boxes > 3 else 1, squeeze=False)
+        _draw_boxes(list(axes.flat), posterior, target, sheet)
+
+
+def _maps(figure: FigureBase, posterior: PosteriorLike, sheet: SheetParts) -> None:
+    """Draw the small maps: relation by relation, then component by component."""
+    told = [
+        (sheet.parts, sheet.grounds, "What each relation says by itself"),
+        (sheet.component_maps, {}, "Where each component believes it to be"),
+    ]
+    bands = [(dict(list(m.items())[:_MOST_PARTS]), marked, title) for m, marked, title in told if m]
+    heights = [_rows(len(shown), len(bands) == 1) for shown, _, _ in bands]
+    parts = figure.subfigures(len(bands), 1, squeeze=False, height_ratios=heights)
+    for part, (shown, marked, title), rows in zip(parts.flat, bands, heights, strict=True):
+        columns = -(-len(shown) // rows)
+        draw_parts(part, posterior.city, shown, None, marked, sheet.truth, columns)
+        part.suptitle(title, fontsize=9, color=INK)
+
+
+def _draw_boxes(axes: list[Axes], posterior: PosteriorLike, target: str, sheet: SheetParts) -> None:
+    """Draw bars, roses and the change from the prior, in this order."""
+    if sheet.components:
+        plot_components(
+            sheet.components, prior=sheet.component_prior, ax=axes.pop(0), title="Components"
+        )
+    if sheet.influence:
+        plot_influence(sheet.influence, ax=axes.pop(0), title="Influence", label="bits")
+    for front in sheet.fronts[:_MOST_FRONTS]:
+        plot_frame(
+            posterior.city,
+            front.ground,
+            front.posterior,
+            prior=front.prior,
+            ax=axes.pop(0),
+            legend=False,
+            title=front.title or _title(posterior, front),
+        )
+    if sheet.prior is not None:
+        belief = posterior.belief(target)
+        plot_change(
+            posterior.city,
+            sheet.prior,
+            belief,
+            ax=axes.pop(0),
+            labels=False,
+            legend=False,
+            title=f"Against the prior: {bits_gained(belief, sheet.prior):.2f} bits",
+        )
+    for ax in axes:
+        ax.set_axis_off()
+
+
+def _title(posterior: PosteriorLike, front: Front) -> str | None:
+    if front.prior is None:
+        return None
+    return f"Front of {spoken_name(posterior.city.landmark(front.ground))} (dashed: before)"

@@ -72,6 +72,19 @@ def test_infer_says_in_words_where_the_belief_lies(capsys):
     assert "Velvet Dog" in out
 
 
+def test_infer_explains(capsys):
+    out, _ = run(capsys, "infer", TEXT, "--map", "cleveland", "--explain")
+    assert out.startswith("GreenToyota\n  where: most probably ")
+    assert "what would change it:" in out
+
+
+def test_infer_exports_cells(tmp_path, capsys):
+    cells = tmp_path / "cells.geojson"
+    run(capsys, "infer", TEXT, "--map", "cleveland", "--export", cells)
+    told = json.loads(cells.read_text(encoding="utf-8"))
+    assert len(told["features"]) == 41 * 41
+
+
 def test_infer_writes_what_it_is_asked_for(tmp_path, capsys):
     from sloop_ppl import Posterior
 

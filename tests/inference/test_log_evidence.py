@@ -83,7 +83,8 @@ def test_models_are_ranked_by_the_probability_of_what_was_said():
             ["bayes"],
             (
                 "Model 'bayes' has 'map' normalisation, so its log evidence ranks no models; "
-                "expected 'speaker' for all of them: dataclasses.replace(model, normalisation='speaker')"
+                "expected 'speaker' for all of them: "
+                "dataclasses.replace(model, normalisation='speaker')"
             ),
         ),
         (

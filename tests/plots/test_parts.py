@@ -7,7 +7,7 @@ from plots_fakes import FakePosterior, blob
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.plots import plot_change, plot_relations, plot_sheet, save_figure
-from sloop_ppl.plots.parts import _bits
+from sloop_ppl.plots.parts import bits_gained
 
 
 def titles(figure) -> list[str]:
@@ -56,9 +56,9 @@ def test_parts_that_cannot_be_drawn(
 
 def test_bits_gained() -> None:
     uniform, sure = np.full((2, 2), 0.25), np.array([[1.0, 0], [0, 0]])
-    assert _bits(sure, uniform) == pytest.approx(2)
-    assert _bits(uniform, uniform) == 0
-    assert _bits(uniform, sure) == np.inf
+    assert bits_gained(sure, uniform) == pytest.approx(2)
+    assert bits_gained(uniform, uniform) == 0
+    assert bits_gained(uniform, sure) == np.inf
 
 
 def test_a_change_is_blue_where_the_belief_rose(cleveland: CityMap) -> None:

@@ -1,0 +1,128 @@
+"""Say in words why a belief is where it is, and what would move it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import shapely
+import xarray
+
+from sloop_ppl.bridge.words import facing, relations_in_words
+from sloop_ppl.inference import Posterior, hpd_places, mode_m
+from sloop_ppl.inference.fronts import framed_terms
+from sloop_ppl.maps.whereabouts import whereabouts
+
+__all__ = ["explain_lines"]
+
+_NEAR_M = 15.0
+_CERTAIN = 1 - 1e-9
+_MOST_PLACES = 3
+
+
+def explain_lines(posterior: Posterior) -> list[str]:
+    """Return lines that explain the belief of every target.
+
+    Where the mass is; how many bits each phrase is worth; which component and which front the
+    belief rests on; and which phrase or front, if it were otherwise, would move it.
+    """
+    lines = []
+    for target in posterior.targets:
+        lines.append(f"{target}")
+        lines += [f"  {line}" for line in _where(posterior, target)]
+        if not posterior.relations(target):
+            lines.append("  nothing was said of it: this is its prior")
+            continue
+        lines += [f"  {line}" for line in _why(posterior, target)]
+    return lines
+
+
+def _where(posterior: Posterior, target: str) -> Iterator[str]:
+    city, mode = posterior.city, posterior.mode(target)
+    near = posterior.probability_in(target, shapely.Point(mode).buffer(_NEAR_M))
+    yield (
+        f"where: most probably {whereabouts(city, *mode)}; {near:.0%} within {_NEAR_M:g} m of that"
+    )
+    places = hpd_places(posterior.belief(target), city.grid, 0.9)
+    if len(places) == 1:
+        yield f"  90 % in one place of {_area(posterior, places[0].cells)}"
+        return
+    yield f"  90 % in {len(places)} places:"
+    for place in places[:_MOST_PLACES]:
+        yield (
+            f"    {place.p:.0%} {whereabouts(city, *place.mode_m)} "
+            f"({_area(posterior, place.cells)})"
+        )
+
+
+def _why(posterior: Posterior, target: str) -> Iterator[str]:
+    words = relations_in_words(posterior, target)
+    influences = sorted(posterior.influence(target), key=lambda i: -i.bits)
+    yield "phrases, by how much the belief owes to each:"
+    for influence in influences:
+        yield f"  {influence.bits:.2f} bits  “{words[influence.index]}”"
+    components, prior = posterior.component(target), posterior.component_prior(target)
+    if len(components) > 1:
+        told = ", ".join(
+            f"{name} {p:.0%} (was {prior[name]:.0%})"
+            for name, p in components.items()
+            if prior[name]
+        )
+        yield f"read as: {told}"
+    yield from _fronts(posterior, target)
+    yield "what would change it:"
+    changes = list(_changes(posterior, target, influences, words))
+    yield from changes or ["  no phrase by itself, and no front"]
+
+
+def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
+    for framed in framed_terms(posterior, target):
+        front = posterior.frame(target, framed.term.ground, framed.relation)
+        mean = _mean(front)
+        near = np.cos(front["angle"].values - mean) >= math.sqrt(0.5) - 1e-9
+        after, before = float(front[near].sum()), float(front["prior"][near].sum())
+        label = posterior.city.landmark(framed.term.ground).label
+        sure = f"{after:.0%} within 45° of that (was {before:.0%})"
+        yield (
+            f"front: “{framed.term.relation}” takes {label} to face {facing(mean)} "
+            f"({math.degrees(mean) % 360:.0f}° from east), "
+            f"{'taken as certain' if before > _CERTAIN else sure}"
+        )
+
+
+def _changes(
+    posterior: Posterior, target: str, influences: list, words: tuple[str, ...]
+) -> Iterator[str]:
+    """Tell of the phrases and fronts that would move the most probable cell by over 15 m."""
+    city, mode = posterior.city, posterior.mode(target)
+    for influence in influences if len(influences) > 1 else []:
+        other = mode_m(influence.without, city.grid)
+        if math.dist(mode, other) > _NEAR_M:
+            yield (
+                f"  without “{words[influence.index]}”: most probably "
+                f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"
+            )
+    for framed in framed_terms(posterior, target):
+        table = posterior.joint_frame(target, framed.relation, framed.term.ground)
+        mean = _mean(table.sum(("y", "x")))
+        opposite = table[np.cos(table["angle"].values - mean) <= -math.sqrt(0.5)].sum("angle")
+        if float(opposite.sum()) < 1e-6:
+            continue
+        other = mode_m(opposite.values, city.grid)
+        if math.dist(mode, other) > _NEAR_M:
+            label = city.landmark(framed.term.ground).label
+            yield (
+                f"  if {label} faced {facing(mean + math.pi)}: most probably "
+                f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"
+            )
+
+
+def _mean(front: xarray.DataArray) -> float:
+    """Return the circular mean of a distribution over directions, radians."""
+    angle = front["angle"].values
+    return math.atan2(float(front.values @ np.sin(angle)), float(front.values @ np.cos(angle)))
+
+
+def _area(posterior: Posterior, cells: int) -> str:
+    return f"{cells * posterior.city.grid.cell_m**2:,.0f} m2"

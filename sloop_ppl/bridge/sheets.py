@@ -1,0 +1,92 @@
+"""Gather what explains each belief of a posterior and draw it on one sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sloop_ppl.bridge.words import relations_in_words
+from sloop_ppl.inference import Posterior
+from sloop_ppl.inference.fronts import framed_terms
+from sloop_ppl.inference.tables import phrase_tables
+from sloop_ppl.plots import Front, SheetParts, plot_sheets
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["figure_of", "sheet_of"]
+
+_NEGLIGIBLE = 0.005
+
+
+def figure_of(
+    posterior: Posterior, truths: Mapping[str, tuple[float, float]] | None = None
+) -> Figure:
+    """Draw a sheet for every target; see :func:`sheet_of`.
+
+    Parameters
+    ----------
+    posterior : what is believed.
+    truths : true places of targets, metres, as far as they are known.
+    """
+    known = truths or {}
+    return plot_sheets(
+        posterior, {t: sheet_of(posterior, t, known.get(t)) for t in posterior.targets}
+    )
+
+
+def sheet_of(
+    posterior: Posterior, target: str, truth: tuple[float, float] | None = None
+) -> SheetParts:
+    """Return what explains the belief of one target.
+
+    Relation by relation (when there are several), component by component (when there are), the
+    components before and after, the influence of each relation, the fronts on their landmarks,
+    and the prior.
+    """
+    relations = posterior.relations(target)
+    if not relations:
+        return SheetParts(truth=truth)
+    grid = posterior.city.grid
+    words = relations_in_words(posterior, target)
+    several = len(relations) > 1 and not posterior.model.needs_truth
+    weights = {k: w for k, w in posterior.component_prior(target).items() if w}
+    components = {k: p for k, p in posterior.component(target).items() if k in weights}
+    return SheetParts(
+        parts=dict(zip(words, phrase_tables(posterior, target), strict=True)) if several else {},
+        grounds={w: r.grounds for w, r in zip(words, relations, strict=True)},
+        component_maps=_component_maps(posterior, target) if len(components) > 1 else {},
+        components=components if len(components) > 1 else {},
+        component_prior=weights,
+        influence=dict(zip(words, (i.bits for i in posterior.influence(target)), strict=True))
+        if several
+        else {},
+        fronts=_fronts(posterior, target),
+        prior=np.exp(posterior.log_prior[target]).reshape(grid.shape),
+        truth=truth,
+    )
+
+
+def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
+    """Return the belief given each component that has a share worth drawing."""
+    joint = posterior.joint(target)
+    maps = {}
+    for name in joint["component"].values:
+        table = joint.sel(component=name).values
+        p = float(table.sum())
+        if p >= _NEGLIGIBLE:
+            maps[f"{name} ({100 * p:.0f} %)"] = table / p
+    return maps
+
+
+def _fronts(posterior: Posterior, target: str) -> list[Front]:
+    """Return one rose for each ground that has a front, that of its first relation."""
+    fronts: dict[str, Front] = {}
+    for framed in framed_terms(posterior, target):
+        ground = framed.term.ground
+        if ground not in fronts:
+            told = posterior.frame(target, ground, framed.relation)
+            fronts[ground] = Front(ground, told.values, told["prior"].values)
+    return list(fronts.values())

@@ -1,0 +1,56 @@
+"""Put relations and directions into a few words."""
+
+from __future__ import annotations
+
+import math
+
+from sloop_ppl.inference import Posterior
+from sloop_ppl.language import SpatialRelation
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models.directions import COMPASS_RAD
+
+__all__ = ["facing", "relations_in_words"]
+
+_PHRASES = {
+    "front": "in front of",
+    "middle": "in the middle of",
+    "side": "at the side of",
+    "top": "at the top of",
+    "across": "across from",
+    **dict.fromkeys(("adjacent", "close", "next"), "{} to"),
+    **dict.fromkeys(("left", "right"), "{} of"),
+}
+"""Relation word -> how it is said before a ground, where that is not the word itself."""
+
+_COMPASS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
+
+
+def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
+    """Return each relation of a target in words, such as "behind Velvet Dog"; no two the same."""
+    told: list[str] = []
+    for relation in posterior.relations(target):
+        words = _in_words(relation, posterior.city)
+        again = sum(t == words or t.startswith(f"{words} (") for t in told)
+        told.append(f"{words} ({again + 1})" if again else words)
+    return tuple(told)
+
+
+def facing(angle_rad: float) -> str:
+    """Return the compass word nearest to an angle from east, anticlockwise.
+
+    Examples
+    --------
+    >>> facing(-1.6)
+    'south'
+    """
+    return _COMPASS[round(angle_rad / (math.pi / 4)) % 8]
+
+
+def _in_words(relation: SpatialRelation, city: CityMap) -> str:
+    grounds = " and ".join(city.landmark(ground).label for ground in relation.grounds)
+    denied = "not " if relation.negated else ""
+    far = f"{relation.distance_m:g} m " if relation.distance_m is not None else ""
+    said = _PHRASES.get(relation.relation, "{}")
+    if relation.relation in COMPASS_RAD:
+        said = "{} of"
+    return f"{denied}{far}{said.format(relation.relation)} {grounds}"
