@@ -22,6 +22,7 @@ _INVERSE = {
 }  # fmt: skip
 
 
+_HEARERS = ("you", "you're", "you've", "we're", "i'm")
 _BARE = frozenset(
     ("behind", "front", "beside", "across", "near", "inside", "outside", "adjacent", "next",
      "above", "below", "north", "south", "east", "west", "northeast", "northwest", "southeast",
@@ -273,6 +274,11 @@ class _Walk:
     def _on_figure(self, at: int) -> int:
         item = self.reader.items[at]
         mention: FigureMention = item.value
+        before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
+        denied = self.reader.value(before) if self.reader.kind(before) == "neg" else ""
+        if denied == "not":
+            self.clause.negated = False
+            return at + 1
         ids = self.figures.resolve(mention)
         if not ids and mention.candidates and self.figures.open_ended:
             target = inferred_target([self.reader.norms[item.last - 1]])
@@ -281,10 +287,25 @@ class _Walk:
         if not ids:
             self.reading.loose.append(Ground("unknown", item.first, item.last))
         self._subject(ids, (item.first, item.last), joins=self.clause.open)
+        self.clause.negated = denied in ("neither", "nor")
         return at + 1
+
+    def _on_robot(self, at: int) -> int:
+        """Pass over what the hearer does: "if you are facing the bank"."""
+        onward = self.reader.past(at + 1, "be", "skip")
+        if self.reader.kind(onward) == "cue" and self.reader.value(at) in _HEARERS:
+            self.clause.route = True
+        return at
+
+    _on_subject = _on_robot
 
     def _on_word(self, at: int) -> int:
         """Read an object that no list of names holds: "my backpack is under the bridge"."""
+        word = self.reader.value(at)
+        if word in ("former", "latter"):
+            ids = self.figures.all()
+            self._refer(ids[:1] if word == "former" else ids[-1:], at)
+            return at + 1
         if not self.figures.open_ended:
             return at + 1
         end = at
@@ -399,7 +420,8 @@ class _Walk:
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
         sided = sided or (ends and said[0] in _BARE)
-        expected = given or clause.pending or (ends and said[0] in _BARE)
+        elsewhere = phrase.part and bool(self.reading.attached)
+        expected = given or clause.pending or (ends and (said[0] in _BARE or elsewhere))
         if spoken is None or not sided or not expected:
             if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
                 self.reading.loose.append(Ground("cue", *phrase.cue))

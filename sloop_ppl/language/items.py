@@ -23,6 +23,7 @@ _LEADS = frozenset(("the", "its", "their", "your", "my", "his", "her", "our", "i
                     "upper", "lower", "top", "bottom", "back", "front", "to", "a"))  # fmt: skip
 _FOLLOWS = frozenset(("of", "hand", "side", "from", "edge", "end", "corner", "left", "right"))
 _PARTICLES = frozenset(("up", "down", "over", "back", "close", "around", "out", "along"))
+_INSERTED = ("immediate", "very", "direct", "far", "exact")
 _LETTERS = {"n": "north", "s": "south", "e": "east", "w": "west"}
 _CLASS_ORDER = (
     "neg", "too", "be", "and",
@@ -137,20 +138,10 @@ def _cue(norms: Sequence[str], i: int, fixed: dict[int, Item]) -> Item | None:
     reach = longest.get(norms[i], 0)
     if not reach:
         return None
-    best: Item | None = None
-    said: list[str] = []
-    at = i
-    while at < len(norms) and len(said) < reach and at - i < reach + 2:
-        if at in fixed and not (fixed[at].kind == "place" and at > i):
-            break
-        if said and norms[at] in ("immediate", "very", "direct", "far", "exact"):
-            at += 1
-            continue
-        said.append(norms[at])
-        at += 1
-        cue = known.cues.get(tuple(said))
-        if cue is not None:
-            best = Item("cue", i, at, Cue(*cue))
+    best = _longest_cue(norms, i, fixed, reach, ())
+    loose = _longest_cue(norms, i, fixed, reach, _INSERTED)
+    if best is None or (loose is not None and loose.last > best.last):
+        best = loose
     if best is None or best.last - best.first > 1:
         return best
     word = norms[i]
@@ -161,6 +152,26 @@ def _cue(norms: Sequence[str], i: int, fixed: dict[int, Item]) -> Item | None:
         )
         if onward and following not in ("the",):
             return Item("skip", i, best.last)
+    return best
+
+
+def _longest_cue(
+    norms: Sequence[str], i: int, fixed: dict[int, Item], reach: int, inserted: tuple[str, ...]
+) -> Item | None:
+    """Return the longest cue at a word, some words inside it passed over."""
+    cues = lexicon().cues
+    best: Item | None = None
+    said: list[str] = []
+    at = i
+    while at < len(norms) and len(said) < reach and at - i < reach + 2:
+        if at in fixed and not (fixed[at].kind == "place" and at > i):
+            break
+        if not (said and norms[at] in inserted):
+            said.append(norms[at])
+            cue = cues.get(tuple(said))
+            if cue is not None:
+                best = Item("cue", i, at + 1, Cue(*cue))
+        at += 1
     return best
 
 

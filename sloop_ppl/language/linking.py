@@ -84,7 +84,7 @@ def _spots(words: Sequence[Word], index: NameIndex) -> list[tuple[int, int, Hit]
             continue
         spots += [(i, i + 1, hit) for hit in index.hits(word.low)]
         j = i + 2 if i + 1 < len(words) and words[i + 1].low == "-" else i + 1
-        if j < len(words) and words[j].kind == "word" and word.kind == "word":
+        if j < len(words) and words[j].kind == "word" and word.kind != "mark":
             joined = index.vocabulary.get(word.low + words[j].low)
             if joined:
                 spots += [(i, j + 1, hit) for hit in joined]
