@@ -19,6 +19,8 @@ from sloop_ppl.search.names import list_planners
 if TYPE_CHECKING:
     from sloop_ppl.search.belief import GridBelief
     from sloop_ppl.search.episode import Episode, PlanInfo, Step
+    from sloop_ppl.search.files import read_episode, write_episode
+    from sloop_ppl.search.greedy import GreedyPlanner
     from sloop_ppl.search.loop import run_search
     from sloop_ppl.search.models import (
         PublishedRollout,
@@ -43,6 +45,7 @@ __all__ = [
     "PLANNERS",
     "ROLLOUTS",
     "Episode",
+    "GreedyPlanner",
     "GridBelief",
     "PlanInfo",
     "PublishedRollout",
@@ -63,12 +66,16 @@ __all__ = [
     "fan_offsets",
     "list_planners",
     "make_planner",
+    "read_episode",
     "run_search",
+    "write_episode",
 ]
 
 _HOMES = {
     "belief": ("GridBelief",),
     "episode": ("Episode", "PlanInfo", "Step"),
+    "files": ("read_episode", "write_episode"),
+    "greedy": ("GreedyPlanner",),
     "loop": ("run_search",),
     "models": (
         "PublishedRollout",

@@ -47,6 +47,7 @@ class SearchConfig:
     depth : how many steps a simulation looks ahead, > 0.
     discount : discount factor per step, in (0, 1].
     exploration : weight of the exploration bonus in UCB1, >= 0.
+    tree_depth : levels of the search tree that are kept in `PlanInfo`, for those who ask why.
     rollout : one of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and
         ``pomcp``, ``informed`` for ``fast``.
 
@@ -84,6 +85,7 @@ class SearchConfig:
     depth: int = 30
     discount: float = 0.95
     exploration: float = 1000.0
+    tree_depth: int = 0
     rollout: str | None = None
 
     def __post_init__(self) -> None:
@@ -94,6 +96,8 @@ class SearchConfig:
         for name in REWARDS:
             if not math.isfinite(getattr(self, name)):
                 raise InputError(f"{name} is {getattr(self, name)}; expected a finite number")
+        if self.tree_depth != 0:
+            _check_count("tree_depth", self.tree_depth)
         if self.turn_deg not in (45, 90):
             raise InputError(f"turn_deg is {self.turn_deg}; expected 45 or 90")
         if not 0 < self.fov_deg <= 360:

@@ -33,6 +33,9 @@ class PlanInfo:
     seconds : wall time of the decision.
     values : estimated discounted return of each action looked at.
     visits : how often each was tried.
+    expected : by move and target, the belief that the move brings the target into view.
+    tree : the top of the search tree as JSON values, where `SearchConfig.tree_depth` asks for it.
+    root : the root of the tree itself, where pomdp-py's tree is asked for; None else.
     notes : anything else, such as how many particles were drawn anew.
     """
 
@@ -41,6 +44,11 @@ class PlanInfo:
     seconds: float = 0.0
     values: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     visits: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    expected: Mapping[str, Mapping[str, float]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
+    tree: Mapping[str, Any] | None = None
+    root: Any = field(default=None, repr=False, compare=False)
     notes: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 

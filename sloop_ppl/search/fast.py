@@ -10,6 +10,7 @@ import numpy as np
 
 from sloop_ppl.search._pomdp import POUCT, Agent, Planner
 from sloop_ppl.search.episode import PlanInfo
+from sloop_ppl.search.explain import flat_tree_to_json
 from sloop_ppl.search.informed import InformedPlanner
 from sloop_ppl.search.kernel import (
     Budget,
@@ -46,6 +47,7 @@ class NativePouct(Planner):
     sims, depth, discount, exploration : as in `SearchConfig`.
     rng : where the seed of the simulations comes from.
     rollout_policy : rollout policy of the fallback; the agent's policy model when None.
+    tree_depth : levels of the tree that `last_info` keeps.
 
     Attributes
     ----------
@@ -62,7 +64,9 @@ class NativePouct(Planner):
         exploration: float = 1000.0,
         rng: np.random.Generator,
         rollout_policy: Any = None,
+        tree_depth: int = 0,
     ) -> None:
+        self.tree_depth = tree_depth
         self.model = model
         self._rollout_policy = rollout_policy
         self._fallback: POUCT | None = None
@@ -106,6 +110,9 @@ class NativePouct(Planner):
             seconds=time.perf_counter() - begun,
             values={names[a]: float(values[a]) for a in tried},
             visits={names[a]: int(counts[a]) for a in tried},
+            tree=flat_tree_to_json(tree, self._size, model.actions, self.tree_depth)
+            if self.tree_depth
+            else None,
             notes={"nodes": self._size},
         )
         return model.actions[best]
@@ -189,6 +196,7 @@ class FastPlanner:
                 discount=config.discount,
                 exploration=config.exploration,
                 rng=rng,
+                tree_depth=config.tree_depth,
             )
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:

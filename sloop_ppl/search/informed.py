@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,6 @@ FIELDS_BYTES = 64 * 2**20
 
 EXPLORATION_SHARE = 0.03
 """Share of the exploration weight that is used: paths have no noise to be averaged out."""
-
-import os
-
-TRUST = float(os.environ.get("TRUST", "1"))
 
 
 class InformedPlanner:
@@ -107,6 +104,7 @@ class InformedPlanner:
                 for m in space.moves
                 if children[m.index] >= 0
             },
+            tree=self._told(worth, tree, 0, config.tree_depth) if config.tree_depth else None,
             notes={
                 "path": tuple(space.actions[m].name for m in self._plan),
                 "expected_seen": tuple(chances),
@@ -145,7 +143,7 @@ class InformedPlanner:
         inner = mass[self._reach : -self._reach, self._reach : -self._reach]
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
-                inner += _sharpened(table).reshape(belief.space.shape)
+                inner += table.reshape(belief.space.shape)
         return Worth(
             mass=mass.ravel(),
             hit=float(config.true_positive_rate),
@@ -219,6 +217,24 @@ class InformedPlanner:
         later = worth.right * tree.gain[child] + tree.best[child]
         return float(reward * min(tree.left[node], 1.0) + worth.powers[1] * later)
 
+    def _told(self, worth: Worth, tree: PathTree, node: int, depth: int) -> dict[str, Any]:
+        """Return the top of the tree as JSON values; a path goes on while nothing is seen."""
+        moves = [m for m in range(3) if tree.child[node, m] >= 0] if depth else []
+        return {
+            "visits": int(tree.visits[node]),
+            "actions": {
+                self._space.actions[m].name: {
+                    "value": self._value(worth, tree, node, m),
+                    "visits": int(tree.visits[tree.child[node, m]]),
+                    "expected_seen": float(tree.gain[tree.child[node, m]]),
+                    "after": {
+                        "nothing seen": self._told(worth, tree, int(tree.child[node, m]), depth - 1)
+                    },
+                }
+                for m in moves
+            },
+        }
+
     def _best_path(self, worth: Worth, tree: PathTree) -> tuple[list[int], list[float]]:
         """Return the moves of the best path in the tree and what each is expected to show."""
         node = 0
@@ -232,15 +248,6 @@ class InformedPlanner:
             node = int(tree.child[node, move])
             path.append(move)
             chances.append(float(tree.gain[node]))
-
-
-def _sharpened(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a belief to the power `TRUST`, normalised."""
-    if TRUST == 1.0:
-        return table
-    sharp = table**TRUST
-    normalised: NDArray[np.float64] = sharp / sharp.sum()
-    return normalised
 
 
 def _ground(space: SearchSpace, reach: int) -> Ground:

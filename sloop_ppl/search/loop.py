@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +19,7 @@ from sloop_ppl.search.belief import GridBelief, observation_likelihoods
 from sloop_ppl.search.config import SearchConfig
 from sloop_ppl.search.detection import Detector
 from sloop_ppl.search.episode import Episode, PlanInfo, Pose, Step
+from sloop_ppl.search.explain import expected_sightings
 from sloop_ppl.search.models import (
     SearchObservationModel,
     SearchPolicyModel,
@@ -31,7 +33,7 @@ from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.tree import scalar_rng
 from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
 
-__all__ = ["Tables", "run_search"]
+__all__ = ["Tables", "run_search", "start_pose", "true_cells"]
 
 Tables = Mapping[str, NDArray[np.float64]]
 
@@ -83,12 +85,12 @@ def run_search(
     """
     check_planner(planner)
     ids = tuple(beliefs)
-    truth = _true_cells(ids, places, city.grid)
+    truth = true_cells(ids, places, city.grid)
     tall = None
     if config.no_fly or config.occlusion:
         tall = tall_cells(city, config.flight_height_m)
     space = SearchSpace(city.grid.shape, ids, config, tall)
-    robot = space.robot(_start_pose(start, city.grid, space, rng))
+    robot = space.robot(start_pose(start, city.grid, space, rng))
     state = SearchState(robot, truth)
     transition, reward_model = SearchTransitionModel(space), SearchRewardModel(space)
     imagined = SearchObservationModel(space, scalar_rng(child(rng, "planner", planner, "sensor")))
@@ -106,6 +108,7 @@ def run_search(
     record.begin(agent.belief)
     while not state.robot.ended and len(record.actions) < config.max_steps:
         action, info = chooser.plan(agent)
+        info = replace(info, expected=expected_sightings(agent.belief))
         after = transition.sample(state, action)
         observation = sensor.sample(after, action)
         reward = reward_model.sample(state, action, after)
@@ -231,7 +234,7 @@ class _Record:
         }
 
 
-def _true_cells(
+def true_cells(
     ids: tuple[str, ...], places: Mapping[str, tuple[float, float]], grid: Grid
 ) -> tuple[int, ...]:
     """Return the flat index of each target's cell."""
@@ -254,7 +257,7 @@ def _true_cells(
     return tuple(cells)
 
 
-def _start_pose(
+def start_pose(
     start: tuple[float, ...] | None, grid: Grid, space: SearchSpace, rng: np.random.Generator
 ) -> int:
     """Return the pose at which the robot begins."""

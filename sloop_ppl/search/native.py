@@ -150,7 +150,8 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
     rollout = functions.rollout or roll_out
 
     def ours(data: Any) -> bool:
-        return isinstance(data, types.BaseNamedTuple) and data.instance_class is data_class
+        named = isinstance(data, types.BaseNamedTuple)
+        return named and getattr(data, "instance_class", None) is data_class
 
     @_overload(native_draw)
     def _(data: Any, belief: Any, state: Any, random: Any) -> Any:  # noqa: ARG001

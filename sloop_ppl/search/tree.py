@@ -18,6 +18,7 @@ from sloop_ppl.search._pomdp import (
 )
 from sloop_ppl.search.belief import GridBelief
 from sloop_ppl.search.episode import PlanInfo
+from sloop_ppl.search.explain import tree_to_json
 from sloop_ppl.search.models import PublishedRollout, RandomRollout
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
@@ -44,14 +45,17 @@ def _settings(space: SearchSpace, rng: random.Random) -> dict[str, Any]:
     }
 
 
-def _info(name: str, agent: Agent, planner: POUCT, **notes: Any) -> PlanInfo:
+def _info(name: str, space: SearchSpace, agent: Agent, planner: POUCT, **notes: Any) -> PlanInfo:
     children = agent.tree.children
+    depth = space.config.tree_depth
     return PlanInfo(
         name,
         sims=planner.last_num_sims,
         seconds=planner.last_planning_time,
         values={action.name: float(node.value) for action, node in children.items()},
         visits={action.name: int(node.num_visits) for action, node in children.items()},
+        tree=tree_to_json(agent.tree, depth, space.n_cols) if depth else None,
+        root=agent.tree if depth else None,
         notes=notes,
     )
 
@@ -70,6 +74,7 @@ class PouctPlanner:
     """
 
     def __init__(self, space: SearchSpace, *, rng: np.random.Generator) -> None:
+        self._space = space
         self.planner = POUCT(**_settings(space, scalar_rng(rng)))
         self._stale = False
 
@@ -78,7 +83,7 @@ class PouctPlanner:
         if self._stale:
             agent.tree, self._stale = None, False
         action: SearchAction = self.planner.plan(agent)
-        return action, _info("pouct", agent, self.planner)
+        return action, _info("pouct", self._space, agent, self.planner)
 
     def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
         """Keep the part of the tree below what was done and observed."""
@@ -121,6 +126,7 @@ class PomcpPlanner:
 
     def __init__(self, space: SearchSpace, *, rng: np.random.Generator) -> None:
         self._rng = scalar_rng(rng)
+        self._space = space
         self._wanted = space.config.sims
         self.planner = POMCP(**_settings(space, self._rng))
         self._agent: Agent | None = None
@@ -145,7 +151,14 @@ class PomcpPlanner:
         if own.tree is not None:
             own.tree.belief = particles
         action: SearchAction = self.planner.plan(own)
-        info = _info("pomcp", own, self.planner, particles_kept=len(kept), particles_drawn=missing)
+        info = _info(
+            "pomcp",
+            self._space,
+            own,
+            self.planner,
+            particles_kept=len(kept),
+            particles_drawn=missing,
+        )
         return action, info
 
     def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
