@@ -7,59 +7,20 @@ from dataclasses import dataclass, field, replace
 from sloop_ppl.language.discourse import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.ledger import INVERSE, Ledger, Reading
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 
-__all__ = ["Attached", "Reading", "attach"]
+__all__ = ["attach"]
 
-_INVERSE = {
-    "north": "south", "south": "north", "east": "west", "west": "east",
-    "northeast": "southwest", "southwest": "northeast", "northwest": "southeast",
-    "southeast": "northwest", "left": "right", "right": "left", "front": "behind",
-    "behind": "front", "above": "below", "below": "above", "up": "down", "down": "up",
-    "top": "below", "under": "above",
-    **{r: r for r in ("near", "beside", "next", "close", "adjacent", "across", "around", "by")},
-}  # fmt: skip
-
-
+_FARTHEST = 20
+_WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 _BARE = frozenset(
     ("behind", "front", "beside", "across", "near", "inside", "outside", "adjacent", "next",
      "above", "below", "north", "south", "east", "west", "northeast", "northwest", "southeast",
      "southwest")
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Attached:
-    """A relation phrase and the objects it locates.
-
-    Parameters
-    ----------
-    figures : ids of the objects.
-    span : half-open range of the words that name them.
-    phrase : what is said.
-    confidence : how sure the attachment is, in [0, 1].
-    """
-
-    figures: tuple[str, ...]
-    span: tuple[int, int]
-    phrase: RelationPhrase
-    confidence: float = 1.0
-
-
-@dataclass
-class Reading:
-    """What a text says, in words and ids.
-
-    Parameters
-    ----------
-    attached : relation phrases with their objects.
-    loose : half-open ranges of words that were understood but found no home, with candidates.
-    """
-
-    attached: list[Attached] = field(default_factory=list)
-    loose: list[Ground] = field(default_factory=list)
 
 
 @dataclass
@@ -93,7 +54,7 @@ def attach(reader: GroundReader, figures: Figures) -> Reading:
     while at < len(reader.items):
         at = walk.step(at)
     walk.end_sentence()
-    return walk.reading
+    return walk.ledger.reading
 
 
 class _Walk:
@@ -102,9 +63,8 @@ class _Walk:
     def __init__(self, reader: GroundReader, figures: Figures) -> None:
         self.reader = reader
         self.figures = figures
-        self.reading = Reading()
+        self.ledger = Ledger(reader, figures)
         self.clause = _Clause()
-        self.sentence = 0  # where this sentence's attachments begin
 
     def step(self, at: int) -> int:
         """Read what begins at an item; return the item after it."""
@@ -125,9 +85,8 @@ class _Walk:
         clause = self.clause
         if clause.pending and not clause.route:
             for phrase in clause.pending:
-                self._give(phrase, self.clause.figures, self.clause.span, 0.7)
-        self._respectively()
-        self.sentence = len(self.reading.attached)
+                self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self.ledger.end_sentence()
         self.clause = _Clause(figures=clause.figures, span=clause.span)
 
     def _on_stop(self, at: int) -> int:
@@ -146,6 +105,12 @@ class _Walk:
 
     def _on_sub(self, at: int) -> int:
         self.clause.open = self.clause.aside = self.clause.negated = False
+        figure = self.reader.past(at + 1, "be", "det", "possessive")
+        so_is = self.reader.value(at) == "so" and self.reader.kind(at + 1) == "be"
+        if so_is and self.reader.kind(figure) == "figure":  # "so is the red bike"
+            self._on_figure(figure)
+            self._on_too(figure)
+            return figure + 1
         return at + 1
 
     def _on_but(self, at: int) -> int:
@@ -184,17 +149,19 @@ class _Walk:
     def _on_too(self, at: int) -> int:
         """Read "the green car is too": what was said of another figure holds again."""
         clause = self.clause
-        said = self.reading.attached
+        said = self.ledger.said
         if clause.named and clause.open and said:
             other = [a for a in said[-3:] if a.figures == said[-1].figures != clause.figures]
             for one in other:
-                self._give(one.phrase, clause.figures, clause.span, 0.8)
+                self.ledger.give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
         return at + 1
 
     def _on_where(self, at: int) -> int:
         """Read "the Dresden is where the red bike is"."""
         place = self.clause.topic or self.reader.last_spoken()
+        if self.clause.pending:
+            return at + 1
         figure = self.reader.past(
             at + 1, "det", "skip", "possessive", "same", "subject", "robot", "see", "be"
         )
@@ -208,7 +175,7 @@ class _Walk:
         self._on_figure(figure)
         item = self.reader.items[at]
         phrase = RelationPhrase(("at",), (place,), (item.first, item.last), item.last)
-        self._give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.7)
         return after
 
     def _on_route(self, at: int) -> int:
@@ -224,7 +191,8 @@ class _Walk:
         return at + 1
 
     def _on_see(self, at: int) -> int:
-        self.clause.route = False
+        looks = self.reader.value(at) == "look" and self.reader.kind(at - 1) == "robot"
+        self.clause.route = self.clause.route and looks
         return at + 1
 
     def _on_landmark(self, at: int) -> int:
@@ -232,13 +200,38 @@ class _Walk:
         ground = self.clause.topic = self.reader.landmark(at)
         before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
         joined = self.reader.kind(before) == "and"
-        self.clause.spoken = (*self.clause.spoken, ground) if joined else (ground,)
+        if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
+            return at + 1
+        if self.reader.kind(before) == "be" and self._waits_for_place(ground):
+            return at + 1
+        self.clause.spoken = (*self.clause.spoken[-3:], ground) if joined else (ground,)
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.spoken
             self.clause.open = False
             self.clause.negated = False
         return at + 1
+
+    def _instead(self, ground: Ground, before: int) -> bool:
+        """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
+        said = self.ledger.recent()
+        if not said or said[-1].figures != self.clause.figures:
+            return False
+        denied = self.reader.kind(before) == "neg"
+        phrase = replace(said[-1].phrase, grounds=(ground,), joint=False, negated=denied)
+        self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.8)
+        self.clause.negated = False
+        return True
+
+    def _waits_for_place(self, ground: Ground) -> bool:
+        """Read "to the east of the red bike is Hoyt Block"."""
+        waiting = self.clause.pending
+        if not waiting or any(p.grounds[0].kind != "figure" for p in waiting):
+            return False
+        self.clause.pending = []
+        for phrase in waiting:
+            self.ledger.converse(phrase, (ground,))
+        return True
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
@@ -251,9 +244,9 @@ class _Walk:
 
     def _there(self) -> None:
         """Read "the red car is there": the last place that was said of another figure."""
-        said = self.reading.attached
+        said = self.ledger.said
         if said and said[-1].figures != self.clause.figures:
-            self._give(said[-1].phrase, self.clause.figures, self.clause.span, 0.8)
+            self.ledger.give(said[-1].phrase, self.clause.figures, self.clause.span, 0.8)
             self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
@@ -279,22 +272,38 @@ class _Walk:
         if denied == "not":
             self.clause.negated = False
             return at + 1
+        if mention.back and not mention.plural and self._named_later(at):
+            return at + 1
         ids = self.figures.resolve(mention)
         if not ids and mention.candidates and self.figures.open_ended:
             target = inferred_target([self.reader.norms[item.last - 1]])
             self.figures.infer(target)
             ids = (target.id,)
         if not ids:
-            self.reading.loose.append(Ground("unknown", item.first, item.last))
+            self.ledger.lose(Ground("unknown", item.first, item.last))
         self._subject(ids, (item.first, item.last), joins=self.clause.open)
         self.clause.negated = denied in ("neither", "nor")
         return at + 1
 
+    def _named_later(self, at: int) -> bool:
+        """Whether what is only called "the car" here is named in "... is the red Honda"."""
+        if self.clause.named:
+            return False
+        for k in range(at + 1, at + _FARTHEST):
+            kind = self.reader.kind(k)
+            if kind in ("stop", "end", "figure"):
+                return False
+            if kind == "be":
+                figure = self.reader.past(k + 1, "det", "possessive")
+                return self.reader.kind(figure) == "figure" and k > at + 1
+        return False
+
     def _on_robot(self, at: int) -> int:
         """Pass over what the hearer does: "if you are facing the bank"."""
         onward = self.reader.past(at + 1, "be", "skip")
-        if self.reader.kind(onward) == "cue" and self.reader.value(at) in _HEARERS:
-            self.clause.route = True
+        cued = self.reader.kind(onward) == "cue" and self.reader.value(at) in _HEARERS
+        when = self.reader.value(at - 1) in _WHENS
+        self.clause.route = self.clause.route or cued or when
         return at
 
     _on_subject = _on_robot
@@ -302,6 +311,8 @@ class _Walk:
     def _on_word(self, at: int) -> int:
         """Read an object that no list of names holds: "my backpack is under the bridge"."""
         word = self.reader.value(at)
+        if word in ("one", "ones"):
+            return at + 1
         if word in ("former", "latter"):
             ids = self.figures.all()
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
@@ -336,7 +347,7 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
-                self._give(phrase, ids, span, 0.9)
+                self.ledger.give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route = True, True, False
@@ -364,12 +375,12 @@ class _Walk:
         clause.spoken = ()
         if clause.subject:
             if about.kind == "figure":
-                self._converse(phrase, clause.subject)
+                self.ledger.converse(phrase, clause.subject)
             return
         if self._leads_on(at, after):
             clause.pending.append(phrase)
         elif clause.named:
-            self._give(phrase, clause.figures, clause.span, 1.0)
+            self.ledger.give(phrase, clause.figures, clause.span, 1.0)
         else:
             clause.pending.append(phrase)
 
@@ -412,69 +423,17 @@ class _Walk:
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, said = self.clause, phrase.relations
-        recent = self.reading.attached[max(self.sentence, len(self.reading.attached) - 8) :]
-        given = [a for a in recent if a.figures == clause.figures]
+        given = [a for a in self.ledger.recent() if a.figures == clause.figures]
         spoken = self.reader.last_spoken()
-        sided = said[0] in (*_INVERSE, "middle", "side") or len(said) > 1
+        sided = said[0] in (*INVERSE, "middle", "side") or len(said) > 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
         sided = sided or (ends and said[0] in _BARE)
-        elsewhere = phrase.part and bool(self.reading.attached)
+        elsewhere = phrase.part and bool(self.ledger.said)
         expected = given or clause.pending or (ends and (said[0] in _BARE or elsewhere))
         if spoken is None or not sided or not expected:
             if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
-                self.reading.loose.append(Ground("cue", *phrase.cue))
+                self.ledger.lose(Ground("cue", *phrase.cue))
             return None
         return replace(phrase, grounds=(replace(spoken, confidence=0.7),), joint=False)
-
-    def _converse(self, phrase: RelationPhrase, places: tuple[Ground, ...]) -> None:
-        """Turn "the Dresden is west of the car" round."""
-        relations = tuple(_INVERSE[r] for r in phrase.relations if r in _INVERSE)
-        for ground in phrase.grounds:
-            ids = self.figures.known(ground.ids)
-            if ids and relations:
-                turned = replace(phrase, relations=relations, grounds=places, joint=False)
-                self.figures.spoke_of(ids)
-                self._give(turned, ids, (ground.first, ground.last), 0.8)
-
-    def _give(
-        self,
-        phrase: RelationPhrase,
-        ids: tuple[str, ...],
-        span: tuple[int, int],
-        confidence: float,
-    ) -> None:
-        """Attach a phrase, or report it when it has no figure or no ground."""
-        if not ids:
-            self.reading.loose.append(Ground("cue", *phrase.cue))
-            return
-        known = tuple(g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids)
-        self.reading.loose += [g for g in phrase.grounds if g not in known]
-        if known:
-            told = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
-            self.reading.attached.append(Attached(ids, span, told, confidence))
-
-    def _respectively(self) -> None:
-        """Deal places out to objects in order where a sentence says "respectively"."""
-        told = self.reading.attached[self.sentence :]
-        said = range(0)
-        if told:
-            said = range(told[0].span[0], min(len(self.reader.words), told[-1].phrase.last + 3))
-        if not any(self.reader.words[k].low == "respectively" for k in said):
-            return
-        dealt: list[Attached] = []
-        for one in told:
-            if len(one.figures) == len(one.phrase.grounds) and len(one.figures) > 1:
-                dealt += [
-                    replace(
-                        one, figures=(f,), phrase=replace(one.phrase, grounds=(g,), joint=False)
-                    )
-                    for f, g in zip(one.figures, one.phrase.grounds, strict=True)
-                ]
-            else:
-                dealt.append(one)
-        same = [d for d in dealt if len(d.figures) > 1]
-        if len(same) == len(told) == len(told[0].figures):
-            dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
-        self.reading.attached[self.sentence :] = dealt

@@ -140,12 +140,12 @@ class FigureFinder:
         if words[-1] in ("one", "ones"):
             return FigureMention(first, last, self._coloured(colour), plural, other, back=True)
         found = self._fitting(words, colour)
-        if found:
+        mine = first > 0 and norms[first - 1] == "my"
+        if found and not (mine and colour is None and self.declared is None):
             back = len(found) > 1 and not plural
             return FigureMention(first, last, found, plural, other, back)
         if self.declared is not None:
             return FigureMention(first, last, ())
-        mine = first > 0 and norms[first - 1] == "my"
         return FigureMention(
             first, last, (inferred_target(words, mine).id,), plural=plural, other=other
         )

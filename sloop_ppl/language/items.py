@@ -225,6 +225,9 @@ def _small(words: Sequence[Word], norms: Sequence[str], i: int) -> Item:
     before = norms[i - 1] if i else ""
     if word.kind == "mark":
         return Item(_mark(words, i), i, i + 1)
+    if norm == "as" and after == "well":
+        listed = norms[i + 2 : i + 3] == ["as"]
+        return Item("and", i, i + 3) if listed else Item("too", i, i + 2)
     if norm in known.directions and _directs(norm, before, after):
         return Item("dir", i, i + 1, (known.directions[norm],))
     if norm in _LETTERS and after in ("of", "from"):

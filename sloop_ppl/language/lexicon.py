@@ -109,6 +109,8 @@ def lexicon() -> Lexicon:
     for name in _CLASSES:
         for word in words[name]:
             classes.setdefault(word, set()).add(name)
+            if word.endswith("n't"):
+                classes.setdefault(word.replace("'", ""), set()).add(name)
     directions = {w: rel for rel, forms in words["directions"].items() for w in forms}
     objects = {w: kind for kind, forms in words["object_kinds"].items() for w in forms}
     kinds = tuple(

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from sloop_ppl.language.attachment import Attached, Reading, attach
+from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.discourse import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import WHOLE_MAP, Ground, GroundReader
 from sloop_ppl.language.items import Item, place_phrases, read_items
+from sloop_ppl.language.ledger import Attached, Reading
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.places import PlaceIndex

@@ -1,0 +1,116 @@
+"""Measure reading: how fast, and how well, against the figures it has to meet.
+
+Run: python benchmarks/bench_language.py [--descriptions ../shared/data/descriptions] [--nlp PATH]
+
+Speed is in descriptions per second of processor time on one core, best of the rounds, first with
+texts the parser has met (warm caches) and then with new slips in every round. Without the published
+descriptions only the bundled examples and the hard set are read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sloop_ppl.eval import DescribedScene, bundled_examples, read_descriptions, score_parser
+from sloop_ppl.eval.corruption import misspell
+from sloop_ppl.language import Parser, dependency_parser, parse
+from sloop_ppl.maps import bundled_maps, load_map
+
+ROOT = Path(__file__).parents[1]
+HARD = ROOT / "tests" / "language" / "data"
+
+
+def main() -> None:
+    """Print every figure, with what it has to meet."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    shared = ROOT.parent / "shared" / "data" / "descriptions"
+    options.add_argument("--descriptions", type=Path, default=shared)
+    options.add_argument("--nlp", help="a CLEAR-label spaCy pipeline, for the paper's rule")
+    options.add_argument("--rounds", type=int, default=5)
+    given = options.parse_args()
+    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    scenes = list(bundled_examples())
+    if given.descriptions.is_dir():
+        published = list(read_descriptions(sorted(given.descriptions.glob("*.jsonl"))))
+        bench_quality("published", published, given.nlp)
+        scenes += published
+    else:
+        print(f"no descriptions in {given.descriptions}: not scored")
+    for part in ("dev", "scored"):
+        score = score_parser(read_descriptions(HARD / f"hard_{part}.jsonl"))
+        print(f"hard set, {part}: tuple {score.tuple_f1:.4f} over {score.n} (.93 on scored)")
+    bench_speed(scenes, given.rounds)
+    bench_length()
+
+
+def bench_quality(name: str, scenes: Sequence[DescribedScene], nlp: str | None) -> None:
+    """Score the rules plainly, on merged maps and with slips, and the paper's rule beside them."""
+    maps = [load_map(m) for m in bundled_maps()]
+    plain = score_parser(scenes)
+    print(
+        f"{name}: tuple {plain.tuple_f1:.4f} (.97), class {plain.class_f1:.4f} (.98), "
+        f"pair {plain.pair_f1:.4f} (.99) over {plain.n}"
+    )
+    print(f"{name}, merged maps: tuple {score_parser(scenes, merged=maps).tuple_f1:.4f} (.96)")
+    slips = [
+        score_parser(scenes, misspelt=0.15, rng=np.random.default_rng(seed)).tuple_f1
+        for seed in range(5)
+    ]
+    print(f"{name}, 15 % misspelt: tuple {slips[0]:.4f} (.93), seeds 0-4 mean {np.mean(slips):.4f}")
+    if nlp is not None:
+        rules: dict[str, Parser] = {
+            "paper's rule": dependency_parser(nlp, every_path=True),
+            "within clauses": dependency_parser(nlp),
+        }
+        for rule, parser in rules.items():
+            score = score_parser(scenes, parser=parser)
+            print(f"{name}, {rule}: tuple {score.tuple_f1:.4f}, pair {score.pair_f1:.4f}")
+
+
+def bench_speed(scenes: Sequence[DescribedScene], rounds: int) -> None:
+    """Read all texts over and over, on one core."""
+    city = load_map("cleveland")
+    maps = {name: load_map(name) for name in bundled_maps()}
+    texts = [(s.text, maps[s.map]) for s in scenes]
+    parse("The red bike is near Ivy", city)
+    warm, fresh = [], []
+    for k in range(rounds):
+        rng = np.random.default_rng(k)
+        warm.append(_per_second([t for t in texts for _ in range(5)]))
+        fresh.append(_per_second([(misspell(t, 0.15, rng=rng), m) for t, m in texts]))
+    words = np.mean([len(t.split()) for t, _ in texts])
+    print(
+        f"{max(warm):.0f} descriptions/s warm, {max(fresh):.0f}/s with new slips (500), "
+        f"{words:.0f} words each, {len(city.landmarks)} landmarks"
+    )
+
+
+def _per_second(texts: Sequence[tuple[str, object]]) -> float:
+    start = time.process_time()
+    for text, city in texts:
+        parse(text, city)  # type: ignore[arg-type]
+    return len(texts) / (time.process_time() - start)
+
+
+def bench_length() -> None:
+    """Read texts of ten and forty thousand words."""
+    city = load_map("cleveland")
+    sentence = "The red bike is behind Velvet Dog and the green car is west of the Hat Factory. "
+    took = []
+    for words in (10_000, 40_000):
+        text = sentence * (words // len(sentence.split()))
+        start = time.process_time()
+        parse(text, city)
+        took.append(time.process_time() - start)
+    print(f"10,000 words in {took[0]:.2f} s (2), four times as many in {took[1] / took[0]:.1f} x")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""Keep the book of which relations locate which objects, and settle what is not plain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.phrases import RelationPhrase
+
+__all__ = ["INVERSE", "Attached", "Ledger", "Reading"]
+
+INVERSE = {
+    "north": "south", "south": "north", "east": "west", "west": "east",
+    "northeast": "southwest", "southwest": "northeast", "northwest": "southeast",
+    "southeast": "northwest", "left": "right", "right": "left", "front": "behind",
+    "behind": "front", "above": "below", "below": "above", "up": "down", "down": "up",
+    "top": "below", "under": "above",
+    **{r: r for r in ("near", "beside", "next", "close", "adjacent", "across", "around", "by")},
+}  # fmt: skip
+"""Relation of A to B -> relation of B to A."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """A relation phrase and the objects it locates.
+
+    Parameters
+    ----------
+    figures : ids of the objects.
+    span : half-open range of the words that name them.
+    phrase : what is said.
+    confidence : how sure the attachment is, in [0, 1].
+    """
+
+    figures: tuple[str, ...]
+    span: tuple[int, int]
+    phrase: RelationPhrase
+    confidence: float = 1.0
+
+
+@dataclass
+class Reading:
+    """What a text says, in words and ids.
+
+    Parameters
+    ----------
+    attached : relation phrases with their objects.
+    loose : half-open ranges of words that were understood but found no home, with candidates.
+    """
+
+    attached: list[Attached] = field(default_factory=list)
+    loose: list[Ground] = field(default_factory=list)
+
+
+@dataclass
+class Ledger:
+    """Takes down relations while a text is read.
+
+    Parameters
+    ----------
+    reader : the items of the text.
+    figures : the objects spoken of.
+    reading : what has been taken down.
+    sentence : where this sentence's relations begin.
+    """
+
+    reader: GroundReader
+    figures: Figures
+    reading: Reading = field(default_factory=Reading)
+    sentence: int = 0
+
+    @property
+    def said(self) -> list[Attached]:
+        """All relations so far."""
+        return self.reading.attached
+
+    def recent(self, count: int = 8) -> list[Attached]:
+        """Return the last relations of this sentence."""
+        return self.said[max(self.sentence, len(self.said) - count) :]
+
+    def end_sentence(self) -> None:
+        """Settle a sentence."""
+        self._respectively()
+        self.sentence = len(self.said)
+
+    def lose(self, ground: Ground) -> None:
+        """Report something that found no home."""
+        self.reading.loose.append(ground)
+
+    def converse(self, phrase: RelationPhrase, places: tuple[Ground, ...]) -> None:
+        """Turn "the Dresden is west of the car" round."""
+        relations = tuple(INVERSE[r] for r in phrase.relations if r in INVERSE)
+        for ground in phrase.grounds:
+            ids = self.figures.known(ground.ids)
+            if ids and relations:
+                turned = replace(phrase, relations=relations, grounds=places, joint=False)
+                self.figures.spoke_of(ids)
+                self.give(turned, ids, (ground.first, ground.last), 0.8)
+
+    def give(
+        self,
+        phrase: RelationPhrase,
+        ids: tuple[str, ...],
+        span: tuple[int, int],
+        confidence: float,
+    ) -> None:
+        """Attach a phrase, or report it when it has no figure or no ground."""
+        if not ids:
+            self.reading.loose.append(Ground("cue", *phrase.cue))
+            return
+        known = tuple(g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids)
+        self.reading.loose += [g for g in phrase.grounds if g not in known]
+        if known:
+            told = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
+            self.reading.attached.append(Attached(ids, span, told, confidence))
+
+    def _respectively(self) -> None:
+        """Deal places out to objects in order where a sentence says "respectively"."""
+        told = self.said[self.sentence :]
+        said = range(0)
+        if told:
+            said = range(told[0].span[0], min(len(self.reader.words), told[-1].phrase.last + 3))
+        if not any(self.reader.words[k].low == "respectively" for k in said):
+            return
+        dealt: list[Attached] = []
+        for one in told:
+            if len(one.figures) == len(one.phrase.grounds) and len(one.figures) > 1:
+                dealt += [
+                    replace(
+                        one, figures=(f,), phrase=replace(one.phrase, grounds=(g,), joint=False)
+                    )
+                    for f, g in zip(one.figures, one.phrase.grounds, strict=True)
+                ]
+            else:
+                dealt.append(one)
+        same = [d for d in dealt if len(d.figures) > 1]
+        if len(same) == len(told) == len(told[0].figures):
+            dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
+        self.said[self.sentence :] = dealt
