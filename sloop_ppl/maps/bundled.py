@@ -40,6 +40,6 @@ def load_map(name_or_path: str | Path, cell_m: float | None = None) -> CityMap:
     name = str(name_or_path)
     if name in bundled_maps():
         return read_map(_MAPS / f"{name}.geojson", cell_m)
-    if Path(name).exists():
+    if Path(name).is_file():
         return read_map(name, cell_m)
     raise UnknownName("map", name, bundled_maps(), hint=" (or give the path of a .geojson file)")

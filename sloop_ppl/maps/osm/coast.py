@@ -31,8 +31,8 @@ def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
     The coast cuts the extent into faces. A face is sea when it lies on the right of the coast along
     nine tenths of its shore; a coast that ends inside the extent cuts nothing off.
     """
-    coasts = [f for f in features if f.tags.get("natural") == "coastline"]
-    lines = [f.geometry if f.outline is None else f.outline for f in coasts]
+    coasts = [f for f in features if f.tags.get("natural") == "coastline" and _line(f) is not None]
+    lines = [_line(f) for f in coasts]
     box = shapely.box(*grid.extent_m)
     shore = [part for line in lines for part in shapely.get_parts(shapely.intersection(line, box))]
     shore = [part for part in shore if part.geom_type == "LineString" and part.length > 0]
@@ -47,6 +47,12 @@ def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
         return None
     sources = sorted((f.source for f in coasts), key=source_key)
     return Piece(sources, "water", "Sea", None, {"natural": "coastline"}, area)
+
+
+def _line(feature: OsmFeature) -> BaseGeometry | None:
+    if feature.outline is not None:
+        return feature.outline
+    return feature.geometry if feature.geometry.geom_type == "LineString" else None
 
 
 def _noded(lines: list[BaseGeometry]) -> BaseGeometry:

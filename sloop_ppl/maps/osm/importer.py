@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import shapely
+
 from sloop_ppl.errors import InputError, MapError
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -94,7 +96,13 @@ def build_map(
     pieces = buildings.take_places(pieces, report)
     made = CityMap(name, grid, landmarks_of(pieces), ATTRIBUTION)
     report.kept = made.counts()
-    return from_geojson(to_geojson(made), source=name)
+    city = from_geojson(to_geojson(made), source=name)
+    # Rounding can make a thin outline cross itself; what was repaired then is rounded once more.
+    return city if _corners(city) == _corners(made) else from_geojson(to_geojson(city), source=name)
+
+
+def _corners(city: CityMap) -> list[int]:
+    return [int(shapely.get_num_coordinates(m.geometry)) for m in city.landmarks]
 
 
 def _silent(_: str) -> None:

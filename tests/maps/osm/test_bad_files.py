@@ -1,6 +1,7 @@
 """Whatever is done to an OpenStreetMap file, it imports or is refused in one line."""
 
 import random
+import re
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from support.osm_block import CENTRE, OsmWriter, block
 
 from sloop_ppl.errors import MapError
+from sloop_ppl.maps import from_geojson, to_geojson
 from sloop_ppl.maps.osm import import_osm
 
 WHOLE = block().text()
@@ -164,6 +166,31 @@ def test_any_tags_import(tmp_path, tags, shape):
     for landmark in town.landmarks:
         assert town.cells(landmark.id).any()
         town.frontage(landmark.id)
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(rng=st.randoms(use_true_random=False), drawn=st.booleans(), coast=st.booleans())
+def test_shuffled_and_rewired_files_import(tmp_path, rng, drawn, coast):
+    head, start, *body, end, _ = WHOLE.split("\n")
+    rng.shuffle(body)
+    text = "\n".join([head, start, *body[rng.randrange(6) :], end])
+    refs = re.findall(r'ref="(\d+)"', text)
+    for _ in range(rng.randrange(8)):
+        text = text.replace(f'ref="{rng.choice(refs)}"', f'ref="{rng.choice(refs)}"', 1)
+    if drawn:
+        text = re.sub(r'(<node id|<nd ref)="(\d+)"', r'\1="-\2"', text)
+    if coast:
+        for tag in ('k="building" v="yes"', 'k="highway" v="residential"'):
+            text = text.replace(tag, 'k="natural" v="coastline"')
+    path = tmp_path / "a.osm"
+    path.write_text(text)
+    town, _ = import_osm(path, centre=CENTRE, side_m=200.0)
+    assert from_geojson(to_geojson(town)).digest == town.digest
+    for landmark in town.landmarks:
+        assert landmark.geometry.is_valid
+        assert town.cells(landmark.id).any()
 
 
 def _import_or_refuse(path, content):

@@ -57,3 +57,8 @@ def test_a_strait_leaves_land_on_both_sides():
 def test_a_coast_that_cuts_nothing_off_makes_no_sea(places):
     assert sea([coast(1, *places)], GRID) is None
     assert sea([], GRID) is None
+
+
+def test_an_area_is_no_coastline():
+    walls = shapely.Polygon([(-60, 0), (60, 0), (60, 40), (-60, 40)], [[(0, 50), (5, 60), (9, 50)]])
+    assert sea([OsmFeature("relation/1", {"natural": "coastline"}, walls)], GRID) is None
