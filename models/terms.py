@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import torch
+from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
 from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, SpatialRelation
@@ -129,6 +130,13 @@ class RelationTerm:
         return self.nearest_bearing_rad if along else self.bearing_rad
 
     @cached_property
+    def has_direction(self) -> Tensor:
+        """False where `outward_rad` says nothing: on a line, at a centroid, shape (S,)."""
+        if self.form == "line" and self.sense is None:
+            return ~self.on_ground
+        return ~self.at_centroid
+
+    @cached_property
     def at_centroid(self) -> Tensor:
         """True where a cell's centre is the ground's centroid, so has no direction, shape (S,)."""
         return torch.from_numpy(self.fields.from_centroid_m.reshape(-1) < 1e-6)
@@ -154,6 +162,11 @@ class RelationTerm:
         return "area" if dull else "point"
 
     @property
+    def outline(self) -> BaseGeometry:
+        """What the relation measures from, as a shape on the map, metres."""
+        return self.city.footprint(self.ground) if self.sense is None else self.sense.shape
+
+    @property
     def kind(self) -> str:
         """Kind of the ground, such as ``"building"``; ``"map"`` for the map itself."""
         return "map" if self.is_map else self.city.landmark(self.ground).kind
@@ -175,16 +188,29 @@ class RelationTerm:
 
     @cached_property
     def line_normal_rad(self) -> float:
-        """Direction of one of the two normals to a line, from its two ends, radians."""
-        ends = self.city.landmark(self.ground).geometry
-        parts = getattr(ends, "geoms", [ends])
-        (x0, y0), (x1, y1) = parts[0].coords[0], parts[-1].coords[-1]
-        return math.atan2(x0 - x1, y1 - y0)
+        """Direction of one of the two normals to a line, radians.
+
+        The line's axis is the mean of its pieces' directions, each weighed by its length and
+        taken modulo half a turn (by doubling angles), so bends and loops count as they run.
+        """
+        geometry = self.city.landmark(self.ground).geometry
+        lines = [np.asarray(part.coords) for part in getattr(geometry, "geoms", [geometry])]
+        pieces = np.concatenate([np.diff(line, axis=0) for line in lines])
+        doubled = 2 * np.arctan2(pieces[:, 1], pieces[:, 0])
+        weight = np.hypot(pieces[:, 0], pieces[:, 1])
+        axis = math.atan2(weight @ np.sin(doubled), weight @ np.cos(doubled)) / 2
+        return axis + math.pi / 2
 
     def as_relation(self, word: str) -> RelationTerm:
         """Return the same grounds in another relation, asserted."""
         relation_class = _class_of(word, self.is_map)
-        return replace(self, relation=word, relation_class=relation_class, negated=False)
+        return replace(
+            self,
+            relation=word,
+            relation_class=relation_class,
+            negated=False,
+            said_distance_m=None,
+        )
 
 
 def ground_relations(

@@ -1,6 +1,8 @@
 """Relation likelihoods: how true a relation is of each cell."""
 
+from sloop_ppl.models.likelihoods.attention import AttentionVectorSumLikelihood
 from sloop_ppl.models.likelihoods.base import LIKELIHOODS, RelationLikelihood
+from sloop_ppl.models.likelihoods.box import BoxLikelihood
 from sloop_ppl.models.likelihoods.cosine import bessel_ratios, expected_cosine
 from sloop_ppl.models.likelihoods.gaussian import GaussianLikelihood
 from sloop_ppl.models.likelihoods.marginal import (
@@ -8,14 +10,20 @@ from sloop_ppl.models.likelihoods.marginal import (
     frame_marginal,
     marginal_over,
 )
+from sloop_ppl.models.likelihoods.neural import NeuralLikelihood
 from sloop_ppl.models.likelihoods.parameters import Parameter, parameters_of, with_values
+from sloop_ppl.models.likelihoods.student import StudentVonMisesLikelihood
 
 __all__ = [
     "LIKELIHOODS",
+    "AttentionVectorSumLikelihood",
+    "BoxLikelihood",
     "ClosedFormMarginal",
     "GaussianLikelihood",
+    "NeuralLikelihood",
     "Parameter",
     "RelationLikelihood",
+    "StudentVonMisesLikelihood",
     "bessel_ratios",
     "expected_cosine",
     "frame_marginal",

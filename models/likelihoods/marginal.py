@@ -15,7 +15,7 @@ from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["ClosedFormMarginal", "frame_marginal", "marginal_over"]
 
-_DIRECTIONS = 720
+_DIRECTIONS = 1440
 _ELEMENTS = 1 << 19
 _NARROW_KAPPA = 9.0  # narrower parts take directions of their own
 
@@ -62,9 +62,9 @@ def marginal_over(
 
     Notes
     -----
-    720 directions round the circle, equally far apart: exact to rounding for smooth g, and to
-    3e-6 in g for one with a kink such as max(0, cos). Parts narrower than kappa 9 take their
-    own 720 directions within nine standard deviations. A g that jumps in direction converges
+    1440 directions round the circle, equally far apart: exact to rounding for smooth g, and to
+    1e-6 in g for one with a kink such as max(0, cos). Parts narrower than kappa 9 take their
+    own 1440 directions within nine standard deviations. A g that jumps in direction converges
     only like the width of a step: give such a likelihood a ``log_marginal`` of its own.
     Gradients flow into whatever `log_g` and the parts' concentrations depend on.
     """

@@ -1,0 +1,306 @@
+"""Try a likelihood out and say what is wrong with it, in the manner of Gymnasium's check_env."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import shapely
+import torch
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.language import RELATION_CLASSES, SpatialRelation
+from sloop_ppl.maps import CityMap, Grid, Landmark
+from sloop_ppl.models.directions import COMPASS_RAD
+from sloop_ppl.models.frames import FrameDistribution, FramePart
+from sloop_ppl.models.likelihoods import (
+    ClosedFormMarginal,
+    RelationLikelihood,
+    parameters_of,
+    with_values,
+)
+from sloop_ppl.models.terms import RelationTerm, ground_relations
+
+__all__ = ["check_likelihood", "check_table"]
+
+_SIDE, _CELL_M = 24, 5.0
+_BLOCK_M = 10.0
+_MOST_MOVED = 0.25
+_ANGLES = (0.3, 1.2, -2.0, 3.0, -0.9)
+_QUADRATURE = 2880
+_JUMP = 0.02
+_FORMS = {"point": "a point", "line": "a line", "area": "an area"}
+_FRAMES = {
+    "a point": FrameDistribution((FramePart(0.7, math.inf),)),
+    "a von Mises part of kappa 40": FrameDistribution((FramePart(0.7, 40.0),)),
+    "a wide part with lapse": FrameDistribution((FramePart(-2.0, 1.5, 0.8),), lapse=0.2),
+    "lapse alone": FrameDistribution((), lapse=1.0),
+}
+
+
+def check_likelihood(likelihood: RelationLikelihood) -> None:
+    """Try a likelihood on a small map and raise on the first promise it breaks.
+
+    Checked are, for every class of relation and a house, a street and a point as ground: shape,
+    dtype, finiteness and sign of log g; that directions broadcast; gradients in the declared
+    parameters; that turning or mirroring the map turns or mirrors g; that halving the cells keeps
+    it; and, if it has ``log_marginal``, that it agrees with quadrature.
+
+    Parameters
+    ----------
+    likelihood : anything with ``log_g(term, direction_rad)``.
+
+    Raises
+    ------
+    InputError : on the first fault; it names the relation, what was found and what was expected.
+
+    Examples
+    --------
+    >>> from sloop_ppl.models import LIKELIHOODS
+    >>> check_likelihood(LIKELIHOODS["student-vonmises"])
+    """
+    name = type(likelihood).__name__
+    if not callable(getattr(likelihood, "log_g", None)):
+        raise InputError(f"{name} has no method log_g(term, direction_rad); a likelihood needs one")
+    for check in (_check_tables, _check_gradients, _check_turning, _check_cells, _check_marginal):
+        check(likelihood)
+
+
+def check_table(log_g: object, expected: tuple[int, ...], what: str) -> Tensor:
+    """Return what a likelihood gave if it is a table of log probabilities.
+
+    Parameters
+    ----------
+    log_g : what was returned.
+    expected : its shape: (B directions, S cells) or (S cells,).
+    what : whose it is, for the message.
+
+    Raises
+    ------
+    InputError : for another type, dtype or shape, NaN, infinity, or a positive log.
+    """
+    if not isinstance(log_g, Tensor):
+        raise InputError(f"{what} is a {type(log_g).__name__}; expected a torch.Tensor")
+    if tuple(log_g.shape) != expected:
+        dims = "(B directions, S cells)" if len(expected) == 2 else "(S cells,)"
+        raise InputError(
+            f"{what} has shape {tuple(log_g.shape)}; expected {expected}, that is {dims}"
+        )
+    if log_g.dtype != torch.float64:
+        raise InputError(f"{what} has dtype {log_g.dtype}; expected torch.float64")
+    finite = torch.isfinite(log_g)
+    if not bool(finite.all()):
+        bad = log_g[~finite][0].item()
+        raise InputError(
+            f"{what} is {bad} at {int((~finite).sum())} of {log_g.numel()} places; expected finite "
+            "logs: give g a small floor"
+        )
+    most = float(log_g.detach().max())
+    if most > 1e-9:
+        raise InputError(
+            f"{what} is {most:.3g} at its highest; expected at most 0: g is a probability"
+        )
+    return log_g
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One relation on the test map."""
+
+    term: RelationTerm
+    directions: Tensor | None
+
+    @property
+    def told(self) -> str:
+        return f"relation '{self.term.relation}' of {_FORMS[self.term.form]}"
+
+    def table(self, likelihood: RelationLikelihood) -> Tensor:
+        """Return log g, checked."""
+        term, cells = self.term, self.term.city.grid.size
+        expected = (cells,) if self.directions is None else (len(self.directions), cells)
+        what = f"log_g of {type(likelihood).__name__} for {self.told}"
+        return check_table(likelihood.log_g(term, self.directions), expected, what)
+
+
+Move = Callable[[float, float], tuple[float, float]]
+
+
+def _city(cell_m: float = _CELL_M, move: Move = lambda x, y: (x, y)) -> CityMap:
+    """Return the test map, its landmarks moved."""
+    half, slack = _SIDE * _CELL_M / 2, 0.01
+    shapes = {
+        ("House", "building"): shapely.box(7.1, -12.9, 21.3, -4.2),
+        ("MainSt", "street"): shapely.LineString([(-60, 31.2), (60, 31.2)]),
+        ("Pole", "poi"): shapely.Point(-17.4, 3.3),
+    }
+
+    def moved(points: object) -> object:
+        return torch.tensor([move(x, y) for x, y in points]).numpy()  # type: ignore[attr-defined]
+
+    return CityMap(
+        "check",
+        Grid(-half, -half + slack, half - slack, half, cell_m),
+        tuple(
+            Landmark(name, kind, shapely.transform(shape, moved), width_m=4.0)
+            for (name, kind), shape in shapes.items()
+        ),
+    )
+
+
+def _cases(city: CityMap, turn: Callable[[float], float] = lambda a: a) -> Iterator[_Case]:
+    """Yield one relation of each class for each ground, its directions turned."""
+    for relation_class, words in RELATION_CLASSES.items():
+        word = relation_class if relation_class in words else words[0]
+        for ground in ("House", "MainSt", "Pole"):
+            for said_m in (None, 25.0) if relation_class == "proximity" else (None,):
+                spoken = SpatialRelation("Figure", word, (ground,), distance_m=said_m)
+                (term,) = ground_relations((spoken,), city)
+                angles: tuple[float, ...] = ()
+                if term.needs_frame:
+                    angles = _ANGLES
+                elif relation_class in COMPASS_RAD:
+                    angles = (COMPASS_RAD[relation_class],)
+                turned = torch.tensor([turn(a) for a in angles], dtype=torch.float64)
+                yield _Case(term, turned if angles else None)
+
+
+def _check_tables(likelihood: RelationLikelihood) -> None:
+    for case in _cases(_city()):
+        table = case.table(likelihood)
+        if case.directions is None:
+            continue
+        for i in range(len(case.directions)):
+            alone = likelihood.log_g(case.term, case.directions[i : i + 1])
+            if alone.shape != table[i : i + 1].shape or not torch.allclose(
+                alone, table[i : i + 1], atol=1e-9
+            ):
+                raise InputError(
+                    f"log_g of {type(likelihood).__name__} for {case.told} gives direction "
+                    f"{float(case.directions[i]):.2f} rad another value alone than among "
+                    f"{len(case.directions)}; expected row b to depend on direction b only"
+                )
+
+
+def _check_gradients(likelihood: RelationLikelihood) -> None:
+    name = type(likelihood).__name__
+    tensors: dict[str, Tensor] = {}
+    for parameter in parameters_of(likelihood):
+        if not hasattr(likelihood, parameter.name):
+            raise InputError(
+                f"{name} declares parameter '{parameter.name}' but has no such field; add it"
+            )
+        value = parameter.checked(getattr(likelihood, parameter.name))
+        tensors[parameter.name] = torch.tensor(value, dtype=torch.float64, requires_grad=True)
+    learning = with_values(likelihood, tensors)
+    reached = dict.fromkeys(tensors, False)
+    for case in _cases(_city()) if tensors else ():
+        total = case.table(learning).sum()
+        if not total.requires_grad:
+            continue
+        slopes = torch.autograd.grad(total, list(tensors.values()), allow_unused=True)
+        for which, slope in zip(tensors, slopes, strict=True):
+            if slope is not None and not bool(torch.isfinite(slope)):
+                raise InputError(
+                    f"The gradient of {name} in '{which}' is {float(slope)} for {case.told}; "
+                    "expected a finite number: mind torch.where over NaN, and sqrt(0)"
+                )
+            reached[which] = reached[which] or (slope is not None and float(slope) != 0)
+    for which, did in reached.items():
+        if not did:
+            raise InputError(
+                f"No gradient of {name} reaches parameter '{which}'; compute with torch and leave "
+                "float() and math out, or do not declare it"
+            )
+
+
+def _check_turning(likelihood: RelationLikelihood) -> None:
+    """Turn by 90 degrees anticlockwise, and mirror east with west."""
+    turned = _city(move=lambda x, y: (-y, x))
+    mirrored = _city(move=lambda x, y: (-x, y))
+    moves = (
+        ("turning", turned, lambda a: a + math.pi / 2, lambda t: torch.rot90(t, -1, (-2, -1))),
+        ("mirroring", mirrored, lambda a: math.pi - a, lambda t: torch.flip(t, (-1,))),
+    )
+    for what, city, turn, move in moves:
+        for case, moved in zip(_cases(_city()), _cases(city, turn), strict=True):
+            before = move(_square(case.table(likelihood)))
+            off = float((before - _square(moved.table(likelihood))).abs().max())
+            if off > 1e-6:
+                raise InputError(
+                    f"{what.capitalize()} map and direction does not do so to log_g of "
+                    f"{type(likelihood).__name__} for {case.told}: off by {off:.3g}; expected it "
+                    "to depend on distance, on term.bearing_rad less direction_rad, and not on "
+                    "east or north"
+                )
+
+
+def _check_cells(likelihood: RelationLikelihood) -> None:
+    """Halve the cells and compare the mass of blocks of 10 m."""
+    for case, finer in zip(_cases(_city()), _cases(_city(_CELL_M / 2)), strict=True):
+        masses = []
+        for one in (case, finer):
+            g = _square(one.table(likelihood)).exp()
+            side = round(_BLOCK_M / one.term.city.grid.cell_m)
+            blocks = g.unfold(-2, side, side).unfold(-2, side, side).sum((-2, -1))
+            masses.append(blocks / blocks.sum((-2, -1), keepdim=True))
+        moved = float(0.5 * (masses[0] - masses[1]).abs().sum((-2, -1)).max())
+        if moved > _MOST_MOVED:
+            raise InputError(
+                f"Halving the cells moves {moved:.2g} of the mass of {type(likelihood).__name__} "
+                f"for {case.told}; expected at most {_MOST_MOVED:g}: take distances in metres, "
+                "from term.distance_m or term.off_m, and not in cells"
+            )
+
+
+def _check_marginal(likelihood: RelationLikelihood) -> None:
+    if not isinstance(likelihood, ClosedFormMarginal):
+        return
+    steps = torch.arange(_QUADRATURE, dtype=torch.float64)
+    fronts = steps * (2 * math.pi / _QUADRATURE) - math.pi
+    for case in _cases(_city()):
+        term = case.term
+        if term.relation_class not in ("front", "right"):
+            continue
+        g = likelihood.log_g(term, fronts + term.offset_rad).exp()
+        change = (g - g.roll(1, 0)).abs()
+        jumps = torch.where(change > _JUMP, change, 0.0).sum(0)
+        for told, frame in _FRAMES.items():
+            what = f"log_marginal of {type(likelihood).__name__} for {case.told} under {told}"
+            table = check_table(
+                likelihood.log_marginal(term, frame), (term.city.grid.size,), what
+            ).exp()
+            expected, densest = _by_quadrature(likelihood, term, frame, fronts, g)
+            # Where g jumps with direction, a sum over steps can be off by a step's mass.
+            off = (table - expected).abs() - 2 * densest * jumps
+            if float(off.max()) > 1e-5:
+                raise InputError(
+                    f"{what} is off by {float((table - expected).abs().max()):.3g} from "
+                    "quadrature of log_g; correct it, or leave log_marginal out"
+                )
+
+
+def _by_quadrature(
+    likelihood: RelationLikelihood,
+    term: RelationTerm,
+    frame: FrameDistribution,
+    fronts: Tensor,
+    g: Tensor,
+) -> tuple[Tensor, float]:
+    """Return E[g] over a frame, shape (S,), and the greatest mass of one step."""
+    mass = torch.full_like(fronts, frame.lapse / len(fronts))
+    points = torch.zeros(g.shape[-1], dtype=torch.float64)
+    for part in frame.parts:
+        if math.isinf(part.kappa):
+            at = torch.tensor([part.mean_rad + term.offset_rad], dtype=torch.float64)
+            points = points + part.weight * likelihood.log_g(term, at).exp()[0]
+        else:
+            shape = torch.softmax(part.kappa * torch.cos(fronts - part.mean_rad), 0)
+            mass = mass + part.weight * shape
+    return points + mass @ g, float(mass.max())
+
+
+def _square(table: Tensor) -> Tensor:
+    side = math.isqrt(table.shape[-1])
+    return table.reshape(*table.shape[:-1], side, side)

@@ -1,0 +1,86 @@
+"""A hard region: true inside, all but false outside. For teaching."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.likelihoods.base import LIKELIHOODS
+from sloop_ppl.models.likelihoods.cosine import bessel_ratios
+from sloop_ppl.models.likelihoods.radial import said_width_m
+from sloop_ppl.models.terms import RelationTerm
+
+__all__ = ["BoxLikelihood"]
+
+
+@dataclass(frozen=True)
+class BoxLikelihood:
+    """1 within a reach of the ground and an angle of the direction, `floor` elsewhere.
+
+    Parameters
+    ----------
+    contact_m, near_m, directed_m : reach of contact words, of proximity words (between and across
+        too) and of directed words, metres, > 0.
+    half_angle_rad : how far from its direction a directed word still holds, radians, (0, pi].
+    floor : what is left outside, in (0, 1), so that logs stay finite.
+
+    Notes
+    -----
+    Source: textbook. It declares no parameters: a step has no gradient to learn by.
+    """
+
+    contact_m: float = 7.5
+    near_m: float = 30.0
+    directed_m: float = 40.0
+    half_angle_rad: float = math.pi / 3
+    floor: float = 1e-6
+
+    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+        """Return log g, shape (B, S), or (S,) for a relation without direction."""
+        if direction_rad is None:
+            return self._log(self._within(term).double())
+        turned = term.outward_rad - direction_rad[:, None]
+        ahead = torch.cos(turned) >= math.cos(self.half_angle_rad)
+        share = torch.where(term.has_direction, ahead.double(), self.half_angle_rad / math.pi)
+        return self._log(share * self._within(term))
+
+    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+        """Return log E[g] over the frame, in closed form, shape (S,).
+
+        Notes
+        -----
+        The mass of a von Mises part within h of an angle x from its mean is
+        h / pi + (2 / pi) sum_n A_n sin(n h) cos(n x) / n with A_n = I_n(kappa) / I_0(kappa).
+        """
+        h = self.half_angle_rad
+        share = torch.full_like(term.outward_rad, frame.lapse * h / math.pi)
+        for part in frame.parts:
+            x = term.outward_rad - term.offset_rad - part.mean_rad
+            if math.isinf(part.kappa):
+                mass = (torch.cos(x) >= math.cos(h)).double()
+            else:
+                count = min(24 + int(8 * math.sqrt(float(part.kappa))), 2000)
+                mass = torch.full_like(x, h / math.pi)
+                for n, a in enumerate(bessel_ratios(float(part.kappa), count)[1:], start=1):
+                    mass = mass + 2 / math.pi * a * math.sin(n * h) * torch.cos(n * x) / n
+            share = share + part.weight * mass
+        share = torch.where(term.has_direction, share.clamp(0.0, 1.0), h / math.pi)
+        return self._log(share * self._within(term))
+
+    def _within(self, term: RelationTerm) -> Tensor:
+        reach = said_width_m(term, self.contact_m)
+        if reach is None:
+            directed = term.needs_frame or term.compass_rad is not None
+            contact = term.relation_class == "contact"
+            reach = self.directed_m if directed else self.contact_m if contact else self.near_m
+        return term.off_m <= reach
+
+    def _log(self, share: Tensor) -> Tensor:
+        return (self.floor + (1 - self.floor) * share).log().clamp_max(0.0)
+
+
+LIKELIHOODS.add("box", BoxLikelihood())
