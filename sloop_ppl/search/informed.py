@@ -13,6 +13,7 @@ from sloop_ppl.search._pomdp import Agent
 from sloop_ppl.search.belief import GridBelief
 from sloop_ppl.search.episode import PlanInfo
 from sloop_ppl.search.greedy import find_worth
+from sloop_ppl.search.hindsight import hindsight_bounds
 from sloop_ppl.search.native_search import search_data
 from sloop_ppl.search.paths import (
     Ground,
@@ -35,6 +36,9 @@ GOALS = 32
 
 FIELDS_BYTES = 64 * 2**20
 """Room for the distances to goals that are kept between steps."""
+
+HINDSIGHT = 0.5
+"""Share of what one who knew the target's place would earn in the worth of a leaf."""
 
 EXPLORATION_SHARE = 0.03
 """Share of the exploration weight that is used: paths have no noise to be averaged out."""
@@ -72,6 +76,7 @@ class InformedPlanner:
         )
         self._factor = np.ones(self._bordered[0] * self._bordered[1])
         self._powers = config.discount ** np.arange(2**15, dtype=np.float64)
+        self._bound = hindsight_bounds(space)
         self._plan: list[int] = []
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
@@ -149,12 +154,27 @@ class InformedPlanner:
             hit=float(config.true_positive_rate),
             move=float(config.move_reward),
             collision=float(config.collision_reward),
-            right=float(config.right_find_reward * config.discount),
+            right=float(config.right_find_reward),
             powers=self._powers,
             horizon=3 * config.depth,
             depth=config.depth,
             exploration=float(config.exploration * EXPLORATION_SHARE),
+            cells=self._holding(mass),
+            bound=self._bound,
+            hindsight=HINDSIGHT,
         )
+
+    def _holding(self, mass: NDArray[np.float64]) -> NDArray[np.int32]:
+        """Return row, column and place of the cells that hold all but a little of the mass."""
+        flat = mass.ravel()
+        order = np.argsort(-flat, kind="stable")
+        total = np.cumsum(flat[order])
+        kept = np.sort(order[: int(np.searchsorted(total, total[-1] * (1 - 1e-3))) + 1])
+        row, col = np.divmod(kept, mass.shape[1])
+        cells: NDArray[np.int32] = np.stack(
+            [row - self._reach, col - self._reach, kept], axis=1
+        ).astype(np.int32)
+        return cells
 
     def _drive_to(self, worth: Worth, pose: int) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
         """Return poses that are worth driving to, and the moves to each from every pose."""

@@ -61,6 +61,10 @@ class Worth(NamedTuple):
     horizon : steps to which a walk is followed.
     depth : steps to which the tree grows.
     exploration : weight of the exploration bonus.
+    cells : row, column and index in the bordered map of the cells that hold the mass, shape (C, 3).
+    bound : worth of one target at an offset, for who knows where it is, by heading, shape
+        (8, 2 H - 1, 2 W - 1).
+    hindsight : share of what one who knew the target's place would earn in the worth of a leaf.
     """
 
     mass: NDArray[np.float64]
@@ -72,6 +76,9 @@ class Worth(NamedTuple):
     horizon: int
     depth: int
     exploration: float
+    cells: NDArray[np.int32]
+    bound: NDArray[np.float32]
+    hindsight: float
 
 
 class PathTree(NamedTuple):
@@ -195,6 +202,21 @@ def _walk(
     return total, logged
 
 
+@jit
+def _know(worth: Worth, tree: PathTree, pose: int) -> float:
+    """Return what one would earn from a pose who knew where the targets that are left are."""
+    rows, cols = (worth.bound.shape[1] + 1) // 2, (worth.bound.shape[2] + 1) // 2
+    row, col, heading = (pose >> 3) // cols, (pose >> 3) % cols, pose & 7
+    total = 0.0
+    for i in range(len(worth.cells)):
+        cell = worth.cells[i, 2]
+        share = worth.mass[cell] * tree.factor[cell]
+        north = worth.cells[i, 0] - row + rows - 1
+        east = worth.cells[i, 1] - col + cols - 1
+        total += share * worth.bound[heading, north, east]
+    return total
+
+
 @inlined
 def _worth_of(ground: Ground, worth: Worth, tree: PathTree, node: int, move: int) -> float:
     """Return the worth of a move at a node whose child is there."""
@@ -268,19 +290,26 @@ def explore(
             tree.child[node, move] = child
             tree.pose[child], tree.parent[child], tree.move[child] = pose, node, move
             tree.gain[child], tree.left[child] = gain, tree.left[node] - gain
-            tree.best[child], logged = _walk(
-                ground, worth, tree, goals, fields, pose, tree.left[child], level, logged
-            )
+            value = 0.0
+            if worth.hindsight > 0.0:
+                value = worth.hindsight * _know(worth, tree, pose)
+            if worth.hindsight < 1.0:
+                walked, logged = _walk(
+                    ground, worth, tree, goals, fields, pose, tree.left[child], level, logged
+                )
+                value += (1.0 - worth.hindsight) * walked
+            tree.best[child] = value
             node = child
             break
         tree.visits[node] += 1
         while node > 0:
-            above = tree.parent[node]
-            value = _worth_of(ground, worth, tree, above, tree.move[node])
-            if value > tree.best[above]:
-                tree.best[above] = value
-            node = above
+            node = tree.parent[node]
             tree.visits[node] += 1
+            best = -math.inf
+            for m in range(3):
+                if tree.child[node, m] >= 0:
+                    best = max(best, _worth_of(ground, worth, tree, node, m))
+            tree.best[node] = best
         for i in range(logged - 1, -1, -1):
             tree.factor[tree.log[i]] = tree.old[i]
     return size

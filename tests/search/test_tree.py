@@ -64,13 +64,22 @@ def value_iteration(space, prior):
     return q(0, 0, lambda pose, out: values[pose, out], find=False)
 
 
-@pytest.mark.parametrize("rollout", ["published", "random"])
-def test_pouct_agrees_with_value_iteration_on_a_small_map(rollout):
+@pytest.mark.parametrize(
+    ("planner", "rollout"),
+    [
+        ("pouct", "published"),
+        ("pouct", "random"),
+        ("fast", "published"),
+        ("fast", "random"),
+        ("fast", "informed"),
+    ],
+)
+def test_planners_agree_with_value_iteration_on_a_small_map(planner, rollout):
     prior = np.array([0.05, 0.05, 0.1, 0.3, 0.1, 0.4])
     space = space_of((2, 3), **TINY, sims=20_000, exploration=1000.0, rollout=rollout)
     exact = value_iteration(space, prior)
     agent = agent_of(space, {"A": prior.reshape(2, 3)}, pose=0, looked=False)
-    action, info = make_planner("pouct", space, rng=np.random.default_rng(0)).plan(agent)
+    action, info = make_planner(planner, space, rng=np.random.default_rng(0)).plan(agent)
     assert action.index == int(np.argmax(exact))
     assert info.sims == 20_000
     assert info.values[action.name] == pytest.approx(max(exact), abs=40)
