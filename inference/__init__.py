@@ -6,9 +6,12 @@ from sloop_ppl.inference.enumerate import enumerate_all, enumerated_joint
 from sloop_ppl.inference.exact import enumerated_log_factors, exact
 from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
 from sloop_ppl.inference.frames import FrameSummary
+from sloop_ppl.inference.importance import importance
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.inference.influence import Influence
+from sloop_ppl.inference.lapses import Lapse
 from sloop_ppl.inference.log_evidence import LogEvidence, ModelScore, rank_models
+from sloop_ppl.inference.nuts import nuts
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.inference.regions import Place, hpd_places, probability_in
@@ -20,6 +23,7 @@ from sloop_ppl.inference.summaries import (
     hpd_cells,
     mode_m,
 )
+from sloop_ppl.inference.svi import svi
 
 __all__ = [
     "ENGINES",
@@ -29,6 +33,7 @@ __all__ = [
     "FrameSummary",
     "InferenceInfo",
     "Influence",
+    "Lapse",
     "LogEvidence",
     "LogFactors",
     "ModelScore",
@@ -38,16 +43,21 @@ __all__ = [
     "cells_geojson",
     "compare",
     "entropy_nats",
+    "enumerate_all",
+    "enumerated_joint",
     "enumerated_log_factors",
     "exact",
     "expected_distance_m",
     "expected_m",
     "hpd_cells",
     "hpd_places",
+    "importance",
     "infer_description",
     "log_priors",
     "mode_m",
+    "nuts",
     "probability_in",
     "rank_models",
+    "svi",
     "write_geojson",
 ]

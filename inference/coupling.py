@@ -98,8 +98,8 @@ class Coupling:
         """Return the posterior of the settings of a description's shared frames, shape (C,)."""
         log_p = self._log_p + sum(self._message.values())
         own = self._settings[:, self._column(part)]
-        counted: Table = np.bincount(own, _normalised(log_p), minlength=part.shared.size)
-        return counted
+        weights = _normalised(log_p)
+        return np.array([weights[own == c].sum() for c in range(part.shared.size)])
 
     def _column(self, part: Said) -> int:
         return next(i for i, shared in enumerate(self._shared) if shared is part.shared)

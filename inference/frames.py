@@ -17,6 +17,7 @@ from sloop_ppl.models import (
     Preset,
     RelationTerm,
     SharedFrames,
+    front_prior,
     log_phrase,
     log_phrase_given_front,
 )
@@ -76,7 +77,7 @@ def summarise_frame(
         log_p = log_phrase_given_front(term, model, fronts)[:, cells]
         return np.asarray(unused + torch.exp(log_p + shares).sum(-1).numpy())
 
-    return _summaries(term, model.frame_prior(term), ratio)
+    return _summaries(term, _prior(term, model), ratio)
 
 
 def summarise_shared_frame(
@@ -91,7 +92,7 @@ def summarise_shared_frame(
     shared : the frames that are shared.
     settings : posterior of their joint settings, shape (C,).
     """
-    prior = model.frame_prior(term)
+    prior = _prior(term, model)
     fronts = shared.fronts_rad[:, shared.grounds.index(term.ground)]
     angles, mass = prior.bins(len(np.unique(fronts)))
     posterior = np.array([settings[np.isclose(fronts, angle)].sum() for angle in angles])
@@ -101,6 +102,11 @@ def summarise_shared_frame(
         return np.interp(at, angles, gain, period=2 * math.pi)
 
     return _summaries(term, prior, ratio)
+
+
+def _prior(term: RelationTerm, model: Preset) -> FrameDistribution:
+    prior = front_prior(term, model)
+    return model.frame_prior(term) if prior is None else prior
 
 
 def _summaries(

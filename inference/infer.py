@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.errors import DescriptionError, InputError, UnknownName
+from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.inference.engine import ENGINES, InferenceInfo
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.inference.said import Said
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, ground_relations, preset
+from sloop_ppl.models import Preset, ground_description, intervene, preset
 
 __all__ = ["infer_description"]
 
@@ -29,6 +29,7 @@ def infer_description(
     *,
     prior: Any = None,
     truth: Mapping[str, tuple[float, float]] | None = None,
+    do: Mapping[str, Any] | None = None,
     rng: np.random.Generator | None = None,
 ) -> tuple[Posterior, InferenceInfo]:
     """Return the posterior over the cell of each target, and how it was found.
@@ -41,6 +42,7 @@ def infer_description(
     engine : an engine's name.
     prior : belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
     truth : target -> true place in metres, wanted by the model ``informed``.
+    do : interventions; see :func:`sloop_ppl.models.intervene`.
     rng : wanted by engines that draw, ignored by exact ones.
 
     Raises
@@ -51,15 +53,22 @@ def infer_description(
     BeliefCollapse : when the prior excludes all that the description allows.
     """
     started = time.perf_counter()
-    chosen, run = preset(model), ENGINES[engine]
+    chosen, run = intervene(preset(model), do), ENGINES[engine]
     targets = tuple(target.id for target in description.targets)
+    if not targets:
+        raise DescriptionError("The description has no target; expected at least one")
+    if description.map and description.map != city.name:
+        raise InputError(
+            f"The description was read on map '{description.map}'; expected '{city.name}': the "
+            "same id is another landmark there"
+        )
     for relation in description.relations:
         if relation.figure not in targets:
             raise DescriptionError(
                 f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "
                 f"of the description; expected one of {', '.join(targets)}"
             )
-    terms = [ground_relations(description.about(target), city) for target in targets]
+    terms = list(ground_description(description, city, chosen).values())
     log_prior = log_priors(prior, targets, city.grid)
     factors = run(
         terms,
@@ -103,11 +112,12 @@ def infer_description(
 def _truths(
     truth: Mapping[str, tuple[float, float]] | None, targets: tuple[str, ...], model: Preset
 ) -> list[tuple[float, float]] | None:
-    if truth is None or not model.needs_truth:
+    if not model.needs_truth:
         return None
     for target in targets:
-        if target not in truth:
-            raise UnknownName("true place of target", target, truth)
-    if not targets:
-        raise InputError("The description has no target; expected at least one")
-    return [truth[target] for target in targets]
+        if truth is None or target not in truth:
+            raise InputError(
+                f"Model '{model.name}' needs to be told where '{target}' is; give its place "
+                f"(truth={{'{target}': (x_m, y_m)}} in Python; --place {target}=x,y to search)"
+            )
+    return [(truth or {})[target] for target in targets]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import BeliefCollapse, InputError, UnknownName
+from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference.coupling import Coupling
 from sloop_ppl.inference.draws import draws_from, uniforms_for
 from sloop_ppl.inference.engine import InferenceInfo
@@ -18,6 +18,7 @@ from sloop_ppl.inference.export_geojson import cells_geojson
 from sloop_ppl.inference.frames import FrameSummary, summarise_frame, summarise_shared_frame
 from sloop_ppl.inference.fronts import find_framed
 from sloop_ppl.inference.influence import Influence, influence_on
+from sloop_ppl.inference.lapses import Lapse, lapses_of
 from sloop_ppl.inference.log_evidence import LogEvidence, words_of
 from sloop_ppl.inference.regions import probability_in
 from sloop_ppl.inference.said import Said
@@ -140,6 +141,8 @@ class Posterior:
         said = self._said(target)
         if not said:
             return {}
+        if not -len(said) <= which < len(said):
+            raise InputError(f"which is {which}; '{target}' has {len(said)} descriptions")
         joint = self._joint(target, which)
         return dict(zip(said[which].components, map(float, joint.sum(1)), strict=True))
 
@@ -242,6 +245,10 @@ class Posterior:
         self._said(target)
         return influence_on(self, target, rng)
 
+    def lapses(self, target: str) -> tuple[Lapse, ...]:
+        """Return how probable it is that each relation of a target is wrong, given everything."""
+        return lapses_of(self, target)
+
     def expected_distance(self, target: str, place_m: tuple[float, float]) -> float:
         """Return the mean distance from a place (x, y) to the target, metres."""
         return expected_distance_m(self.belief(target), self.city.grid, place_m)
@@ -306,9 +313,18 @@ class Posterior:
         ----------
         description : what is said now. Targets not known so far start from a uniform prior.
         rng : wanted by engines that draw.
+
+        Raises
+        ------
+        NoRelationFound : when the description speaks of no target.
+        BeliefCollapse : when it excludes all that was believed.
         """
         from sloop_ppl.inference.infer import infer_description
 
+        if not description.targets:
+            raise NoRelationFound(
+                f"'{description.text}' says nothing of any target; expected at least one relation"
+            )
         later, _ = infer_description(
             description, self.city, self.model, self.engine, prior=None, rng=rng
         )
@@ -322,7 +338,7 @@ class Posterior:
             },
             log_sensed={**later.log_sensed, **self.log_sensed},
             _cache={},
-        )._checked(description)
+        )._checked(description, self)
 
     def condition(self, log_likelihood: Mapping[str, Table]) -> Posterior:
         """Return the posterior after sensing; components and frames move with the cells.
@@ -349,7 +365,7 @@ class Posterior:
             if np.isnan(flat).any() or np.isposinf(flat).any():
                 raise InputError(f"Log likelihood of '{target}' holds NaN or +inf")
             sensed[target] = sensed[target] + flat.reshape(-1)
-        return replace(self, log_sensed=sensed, _cache={})._checked(log_likelihood)
+        return replace(self, log_sensed=sensed, _cache={})._checked(log_likelihood, self)
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -406,13 +422,14 @@ class Posterior:
         joint: Table = self._coupling.joint(target, which).sum(0)
         return joint
 
-    def _checked(self, observation: object) -> Posterior:
+    def _checked(self, observation: object, before: Posterior | None = None) -> Posterior:
         """Return itself unless some target has nowhere left to be."""
         for target in self.targets:
             if not self._coupling.possible(target):
                 raise BeliefCollapse(
                     f"Nothing that was believed about '{target}' is possible after this "
                     "observation; check it, or start from a prior without zeros",
+                    prior=self.log_prior[target] if before is None else before.belief(target),
                     observation=observation,
                 )
         return self

@@ -22,7 +22,7 @@ from sloop_ppl.language import (
     Unresolved,
 )
 from sloop_ppl.maps import from_geojson, to_geojson
-from sloop_ppl.models import PRESETS, ground_relations, preset, share_frames
+from sloop_ppl.models import PRESETS, ground_description, preset, share_frames
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["load_posterior", "save_posterior", "to_dataset"]
@@ -88,10 +88,11 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
 def save_posterior(posterior: Posterior, path: str | Path) -> None:
     """Write a posterior to a ``.nc`` file, whole or not at all."""
     target = check_output(path, (".nc",))
-    if posterior.model.name not in PRESETS:
+    model = posterior.model
+    if model.name not in PRESETS or preset(model.name, model.variant) != model:
         raise InputError(
-            f"Model '{posterior.model.name}' is not registered, so a saved posterior could not be "
-            "read again; add it to sloop_ppl.models.PRESETS"
+            f"Model '{model.name}' is not the registered one of that name, so a saved posterior "
+            "could not be read again; add it to sloop_ppl.models.PRESETS under its own name"
         )
     with written_whole(target) as temporary:
         to_dataset(posterior).to_netcdf(temporary, engine="h5netcdf")
@@ -103,15 +104,19 @@ def load_posterior(path: str | Path) -> Posterior:
         with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
             data = opened.load()
     except (OSError, ValueError) as error:
-        raise InputError(f"Posterior '{path}' cannot be read: {error}") from error
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "no netCDF"
+        raise InputError(f"Posterior '{path}' cannot be read: {reason}") from error
     if data.attrs.get("title") != "sloop_ppl posterior":
         raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
-    if data.attrs["format"] != _FORMAT:
+    if data.attrs.get("format") != _FORMAT:
         raise InputError(
-            f"Posterior '{path}' has format {data.attrs['format']}; expected {_FORMAT}; infer it "
-            "again with this version"
+            f"Posterior '{path}' has format {data.attrs.get('format')}; expected {_FORMAT}; "
+            "infer it again with this version"
         )
-    return _from_dataset(data)
+    try:
+        return _from_dataset(data)
+    except KeyError as error:
+        raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
 
 
 def _from_dataset(data: xarray.Dataset) -> Posterior:
@@ -119,7 +124,7 @@ def _from_dataset(data: xarray.Dataset) -> Posterior:
     model = preset(str(data.attrs["model"]), str(data.attrs["variant"]))
     descriptions = [_description(d) for d in json.loads(data.attrs["descriptions"])]
     targets = [str(t) for t in data["target"].values]
-    terms = [{t.id: ground_relations(d.about(t.id), city) for t in d.targets} for d in descriptions]
+    terms = [ground_description(description, city, model) for description in descriptions]
     shared = [share_frames(list(by_target.values()), model) for by_target in terms]
     names = tuple(str(name) for name in data["component"].values)
     said: dict[str, tuple[Said, ...]] = dict.fromkeys(targets, ())

@@ -1,5 +1,7 @@
 """Generative models of spatial language: likelihoods, frames, components, presets, the program."""
 
+from sloop_ppl.models.atoms import Atoms
+from sloop_ppl.models.build import OpenProgram, build, open_program
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.frames import (
@@ -10,9 +12,11 @@ from sloop_ppl.models.frames import (
     PredictedPoint,
     PredictedSpread,
 )
+from sloop_ppl.models.grounding import ground_description
+from sloop_ppl.models.intervene import intervene
 from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
 from sloop_ppl.models.observation import observation_model
-from sloop_ppl.models.phrases import log_phrase, log_phrase_given_front
+from sloop_ppl.models.phrases import front_prior, log_phrase, log_phrase_given_front
 from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
 from sloop_ppl.models.shared import SharedFrames, share_frames
 from sloop_ppl.models.terms import RelationTerm, ground_relations
@@ -24,12 +28,14 @@ __all__ = [
     "LIKELIHOODS",
     "PRESETS",
     "VARIANTS",
+    "Atoms",
     "Component",
     "Evidence",
     "FrameDistribution",
     "FramePart",
     "GaussianLikelihood",
     "NearestStreet",
+    "OpenProgram",
     "PredictedPoint",
     "PredictedSpread",
     "Preset",
@@ -37,11 +43,16 @@ __all__ = [
     "RelationTerm",
     "SharedFrames",
     "TruthValue",
+    "build",
+    "front_prior",
     "gather_evidence",
+    "ground_description",
     "ground_relations",
+    "intervene",
     "log_phrase",
     "log_phrase_given_front",
     "observation_model",
+    "open_program",
     "preset",
     "share_frames",
 ]

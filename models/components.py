@@ -92,8 +92,8 @@ def _sum(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
 def _keyword(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
     """Return one row: 1 on the grounds' cells and 1 / (H W) elsewhere (SLOOP sec. V, keyword)."""
     on_ground = torch.stack([term.on_ground for term in terms]).any(0)
-    elsewhere = -math.log(on_ground.numel())
-    return torch.where(on_ground, 0.0, elsewhere).double()[None]
+    elsewhere = torch.tensor(-math.log(on_ground.numel()), dtype=torch.float64)
+    return torch.where(on_ground, torch.zeros_like(elsewhere), elsewhere)[None]
 
 
 def _nothing(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001

@@ -143,7 +143,8 @@ def _scored(
 
 
 def _informed(city: CityMap, truth: tuple[float, float], sigma_m: float) -> _Scored:
-    x, y = city.grid.centre_of(*city.grid.cell_at(*truth))
+    city.grid.cell_at(*truth)  # raises for a place outside the map
+    x, y = truth
     squared = (city.grid.x_m[None, :] - x) ** 2 + (city.grid.y_m[:, None] - y) ** 2
     rows = torch.from_numpy(-squared.reshape(1, 1, -1) / (2 * sigma_m**2))
     return _Scored(rows, log_normalise(rows[:, 0]) - rows[:, 0])

@@ -10,16 +10,28 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.likelihoods import frame_marginal
 from sloop_ppl.models.logspace import log1mexp, log_normalise
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
-__all__ = ["log_idle", "log_phrase", "log_phrase_given_front"]
+__all__ = ["front_prior", "log_idle", "log_phrase", "log_phrase_given_front"]
 
 _LEAST_LOG = math.log(1e-300)
-_SPEAKER_BINS = 72
+_SPEAKER_BINS = 360
+
+
+def front_prior(term: RelationTerm, model: Preset) -> FrameDistribution | None:
+    """Return the prior of the front that a phrase depends on; None when it depends on none.
+
+    Under ``"speaker"`` normalisation every phrase does, since the front decides what else could
+    have been said; that prior is the one of "front" for all words.
+    """
+    if model.normalisation == "speaker":
+        return model.frame_prior(term.as_relation("front"))
+    return model.frame_prior(term) if term.needs_frame else None
 
 
 def log_phrase(term: RelationTerm, model: Preset) -> Tensor:
@@ -33,7 +45,11 @@ def log_phrase(term: RelationTerm, model: Preset) -> Tensor:
 
 
 def log_phrase_given_front(
-    term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64], *, lapse: bool = True
+    term: RelationTerm,
+    model: Preset,
+    fronts_rad: NDArray[np.float64] | Tensor,
+    *,
+    lapse: bool = True,
 ) -> Tensor:
     """Return the log truth of a phrase at every cell for each front of its ground.
 
@@ -54,7 +70,7 @@ def log_phrase_given_front(
     elif not term.needs_frame:
         meant = _meant(term, model).expand(len(fronts_rad), -1)
     else:
-        directions = torch.from_numpy(np.asarray(fronts_rad)) + term.offset_rad
+        directions = torch.as_tensor(fronts_rad) + term.offset_rad
         meant = _denied_if(model.likelihood.log_g(term, directions), term)
         if model.normalisation == "map":
             meant = meant - torch.logsumexp(_truth(term, model), -1)
@@ -73,9 +89,9 @@ def log_idle(model: Preset, cells: int) -> float:
 
 def _meant(term: RelationTerm, model: Preset) -> Tensor:
     """Return the log truth of a phrase that is meant, its frame summed out, shape (S,)."""
-    if model.normalisation == "speaker":
-        # The ground's front decides between all words at once, so its prior is that of "front".
-        fronts, mass = model.frame_prior(term.as_relation("front")).bins(_SPEAKER_BINS)
+    prior = front_prior(term, model)
+    if model.normalisation == "speaker" and prior is not None:
+        fronts, mass = prior.bins(_SPEAKER_BINS)
         log_mass = torch.from_numpy(np.log(np.maximum(mass, 1e-300)))
         return torch.logsumexp(_spoken(term, model, fronts) + log_mass[:, None], 0)
     log_p = _truth(term, model)
@@ -111,7 +127,7 @@ def _with_lapse(meant: Tensor, model: Preset) -> Tensor:
     return torch.logaddexp(meant + math.log1p(-model.lapse), idle)
 
 
-def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64]) -> Tensor:
+def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64] | Tensor) -> Tensor:
     """Return log P(word | ground, front, cell), a choice among the vocabulary, shape (B, S).
 
     Words of one class are one choice: "beside" is chosen when "near" is. A denied phrase has
@@ -122,7 +138,7 @@ def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64]) 
     for i, word in enumerate(SPEAKER_WORDS):
         option = term.as_relation(word)
         if option.needs_frame:
-            directions = torch.from_numpy(np.asarray(fronts_rad)) + option.offset_rad
+            directions = torch.as_tensor(fronts_rad) + option.offset_rad
             weights.append(model.likelihood.log_g(option, directions))
         else:
             weights.append(_asserted(option, model).expand(len(fronts_rad), -1))

@@ -39,6 +39,8 @@ class Preset:
         describes a place this far from the true one in each direction, metres, >= 0.
     joint_grounds : True to give a relation to several grounds its own meaning; False to read it
         as one relation per ground, as the published code does.
+    heed_distance : True to read a said distance ("about 50 feet west of"); False to ignore it, as
+        the published code does.
     shared_frames : True when one speaker keeps one frame per ground: phrases about the same
         ground, of any target of the description, share its front.
     informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
@@ -59,6 +61,7 @@ class Preset:
     temper: float = 0.0
     error_m: float = 0.0
     joint_grounds: bool = False
+    heed_distance: bool = False
     shared_frames: bool = False
     informed_sigma_m: float | None = None
     variant: str = "published"
@@ -107,6 +110,8 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
     ['product', 'no-frame', 'at', 'near']
     """
     if isinstance(name, Preset):
+        if variant != name.variant and variant != "published":
+            raise InputError(f"Model '{name.name}' is given as a Preset; leave the variant out")
         return name
     found = PRESETS[name]
     if variant not in VARIANTS:
@@ -182,5 +187,7 @@ PRESETS.add(
         ),
         likelihood=GaussianLikelihood(),
         frame_prior=PredictedSpread(),
+        joint_grounds=True,
+        heed_distance=True,
     ),
 )

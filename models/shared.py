@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.models.phrases import log_phrase, log_phrase_given_front
+from sloop_ppl.models.phrases import front_prior, log_phrase, log_phrase_given_front
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm
 
@@ -45,7 +45,7 @@ class SharedFrames:
 
     def log_phrase(self, term: RelationTerm, model: Preset) -> Tensor:
         """Return the log truth of a phrase in each joint setting, shape (C, S)."""
-        if not term.needs_frame or term.ground not in self.grounds:
+        if front_prior(term, model) is None or term.ground not in self.grounds:
             return log_phrase(term, model).expand(self.size, -1)
         fronts = self.fronts_rad[:, self.grounds.index(term.ground)]
         distinct, which = np.unique(fronts, return_inverse=True)
@@ -69,7 +69,7 @@ def share_frames(terms: Sequence[tuple[RelationTerm, ...]], model: Preset) -> Sh
     A front is shared by all frame phrases about a ground, of any target; its prior is that of the
     first such phrase. The settings are enumerated: 72 angles for one ground, 36 each for two.
     """
-    framed = [term for said in terms for term in said if term.needs_frame]
+    framed = [term for said in terms for term in said if front_prior(term, model) is not None]
     grounds = dict.fromkeys(term.ground for term in framed)
     several = [g for g in grounds if sum(term.ground == g for term in framed) > 1]
     if not model.shared_frames or not several:
@@ -80,10 +80,9 @@ def share_frames(terms: Sequence[tuple[RelationTerm, ...]], model: Preset) -> Sh
             f"({', '.join(several)}); at most {max(_BINS)} can be enumerated; say less at a time "
             "or use a model without shared frames"
         )
-    priors = [
-        model.frame_prior(next(t for t in framed if t.ground == g)).bins(_BINS[len(several)])
-        for g in several
-    ]
+    first = [next(term for term in framed if term.ground == ground) for ground in several]
+    believed = [front_prior(term, model) for term in first]
+    priors = [prior.bins(_BINS[len(several)]) for prior in believed if prior is not None]
     fronts = np.array(list(itertools.product(*(angles for angles, _ in priors))))
     mass = np.array([math.prod(p) for p in itertools.product(*(mass for _, mass in priors))])
     return SharedFrames(tuple(several), fronts, torch.from_numpy(np.log(np.maximum(mass, 1e-300))))

@@ -55,8 +55,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from sloop_ppl import bridge, eval, inference, language, maps, models, plots, search  # noqa: A004
-    from sloop_ppl.bridge import infer, parse
+    from sloop_ppl import bridge, eval, inference, language, maps, models, plots  # noqa: A004
+    from sloop_ppl.bridge import infer, parse, search
     from sloop_ppl.inference import Posterior
     from sloop_ppl.language import Description, SpatialRelation, TargetObject
     from sloop_ppl.maps import CityMap, Grid, load_map

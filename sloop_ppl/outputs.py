@@ -35,8 +35,9 @@ def check_output(path: str | Path, endings: Sequence[str]) -> Path:
         raise OutputError(f"Output '{path}': folder '{folder}' does not exist; make it first")
     if target.is_dir():
         raise OutputError(f"Output '{path}' is a folder; give the name of a file")
-    if not os.access(target if target.exists() else folder, os.W_OK):
+    if target.exists() and not os.access(target, os.W_OK):
         raise OutputError(f"Output '{path}' cannot be written: permission denied")
+    _try_writing(folder, path)
     return target
 
 
@@ -50,11 +51,18 @@ def check_output_folder(path: str | Path) -> Path:
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+    except OSError as error:
+        raise OutputError(f"Output folder '{path}' cannot be made: {error.strerror}") from error
+    _try_writing(folder, path)
+    return folder
+
+
+def _try_writing(folder: Path, path: str | Path) -> None:
+    try:
+        with tempfile.NamedTemporaryFile(prefix=".", dir=folder):
             pass
     except OSError as error:
-        raise OutputError(f"Output folder '{path}' cannot be written: {error.strerror}") from error
-    return folder
+        raise OutputError(f"Output '{path}' cannot be written: {error.strerror}") from error
 
 
 @contextmanager

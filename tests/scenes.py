@@ -49,7 +49,7 @@ def house_and_street(
 
 def said(*relations: SpatialRelation, targets: tuple[str, ...] = (TARGET,)) -> Description:
     """Return a description that says just these relations."""
-    return Description("", "toy", tuple(TargetObject(t) for t in targets), relations)
+    return Description("", "", tuple(TargetObject(t) for t in targets), relations)
 
 
 def relation(

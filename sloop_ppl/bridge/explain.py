@@ -10,13 +10,14 @@ import shapely
 import xarray
 
 from sloop_ppl.bridge.words import facing, relations_in_words
-from sloop_ppl.inference import Posterior, hpd_places, mode_m
+from sloop_ppl.inference import Influence, Posterior, hpd_places, mode_m
 from sloop_ppl.inference.fronts import framed_terms
 from sloop_ppl.maps.whereabouts import whereabouts
 
 __all__ = ["explain_lines"]
 
 _NEAR_M = 15.0
+_SUSPECT = 1.5
 _CERTAIN = 1 - 1e-9
 _MOST_PLACES = 3
 
@@ -62,6 +63,9 @@ def _why(posterior: Posterior, target: str) -> Iterator[str]:
     yield "phrases, by how much the belief owes to each:"
     for influence in influences:
         yield f"  {influence.bits:.2f} bits  “{words[influence.index]}”"
+    for lapse in posterior.lapses(target):
+        if lapse.p > max(_SUSPECT * lapse.prior, 0.0):
+            yield (f"perhaps wrong: “{words[lapse.index]}”, {lapse.p:.0%} (was {lapse.prior:.0%})")
     components, prior = posterior.component(target), posterior.component_prior(target)
     if len(components) > 1:
         told = ", ".join(
@@ -92,7 +96,7 @@ def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
 
 
 def _changes(
-    posterior: Posterior, target: str, influences: list, words: tuple[str, ...]
+    posterior: Posterior, target: str, influences: list[Influence], words: tuple[str, ...]
 ) -> Iterator[str]:
     """Tell of the phrases and fronts that would move the most probable cell by over 15 m."""
     city, mode = posterior.city, posterior.mode(target)

@@ -50,6 +50,7 @@ def infer(
     engine: str = "exact",
     prior: Any = None,
     truth: Mapping[str, tuple[float, float]] | None = None,
+    do: Mapping[str, Any] | None = None,
     rng: np.random.Generator | None = None,
 ) -> Posterior:
     """Infer where the targets of a description are.
@@ -63,6 +64,8 @@ def infer(
     prior : belief before anything was said: None for uniform, an array (H, W) of weights for all
         targets, or a mapping of target to array.
     truth : target -> true place in metres; only for the model ``informed``.
+    do : interventions, such as ``{"frame": {"VelvetDog": 0.6}}`` (radians) or
+        ``{"component": "product"}``.
     rng : wanted by engines that draw, ignored by exact ones.
 
     Returns
@@ -88,6 +91,6 @@ def infer(
     if not description.relations:
         raise no_relation_found(description, city)
     posterior, _ = infer_description(
-        description, city, model, engine, prior=prior, truth=truth, rng=rng
+        description, city, model, engine, prior=prior, truth=truth, do=do, rng=rng
     )
     return posterior

@@ -82,10 +82,13 @@ def step_line(step: Step) -> str:
     """Return one line on a step: what was done, what was seen, what it earned."""
     x, y, heading = step.pose
     seen = [f"{name} at ({at[0]:g}, {at[1]:g})" for name, at in step.observation.items() if at]
+    told = f"saw {', '.join(seen) or 'nothing'}"
+    if step.action.startswith("find"):
+        told = "right" if step.reward > 0 else "wrong"
     found = f", found so far: {', '.join(step.found_targets)}" if step.found_targets else ""
     return (
         f"{step.index + 1:3d}  {step.action:<8} at ({x:6.1f}, {y:6.1f}) facing {heading:3.0f}°  "
-        f"{step.reward:+6.0f}  saw {', '.join(seen) or 'nothing'}{found}"
+        f"{step.reward:+6.0f}  {told}{found}"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Sequence
 
@@ -13,6 +14,8 @@ from sloop_ppl.cli import belief, catalogue, demo, evaluation, language, maps, s
 from sloop_ppl.errors import SloopError
 
 __all__ = ["app", "main"]
+
+_STOPPED = 130
 
 app = typer.Typer(
     help="From what a person says about where something is to a belief over a city map, and to "
@@ -51,6 +54,9 @@ app.command("demo")(demo.demo)
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 well, 2 a user's mistake, 1 a crash, 130 Ctrl-C."""
     command = typer.main.get_command(app)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without curly quotes shows ?
     try:
         code = command.main(arguments, prog_name="sloop", standalone_mode=False)
     except TyperException as error:
@@ -58,16 +64,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except SloopError as error:
         _refuse(str(error))
     except (typer.Abort, KeyboardInterrupt):
+        code = _STOPPED
+    if code == _STOPPED:  # typer itself answers Ctrl-C with this code
         sys.stderr.write("sloop: stopped\n")
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
     sys.exit(code or 0)
 
 
 def _refuse(message: str) -> None:
-    """Print one line on stderr, if there is something to say, and exit with code 2."""
-    if message:
-        sys.stderr.write(f"sloop: {' '.join(message.split())}\n")
+    """Print one line on stderr and exit with code 2; without a message, help was shown: 0."""
+    if not message:
+        sys.exit(0)
+    sys.stderr.write(f"sloop: {' '.join(message.split())}\n")
     sys.exit(2)

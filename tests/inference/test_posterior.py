@@ -187,7 +187,7 @@ def test_unknown_target_lists_those_there_are():
 
 
 def test_informed_wants_the_truth():
-    with pytest.raises(InputError, match="needs to be told where the targets are"):
+    with pytest.raises(InputError, match="Model 'informed' needs to be told where 'RedCar' is"):
         posterior(model="informed")
 
 

@@ -1,0 +1,123 @@
+"""Every engine against the exact one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import ENGINES, importance, infer_description
+from sloop_ppl.models import Component, preset
+from tests.scenes import house_and_street, relation, said, symmetric_grid
+
+CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
+BAYES = preset("bayes")
+MODELS = {
+    "sloop-m4": preset("sloop-m4"),
+    "bayes": BAYES,
+    "lapse": replace(BAYES, lapse=0.1),
+    "tempered, shared error": replace(BAYES, lapse=0.1, temper=0.5, error_m=8.0),
+    "shared frames": replace(BAYES, lapse=0.1, shared_frames=True),
+    "truth": replace(BAYES, normalisation="truth", lapse=0.05),
+    "speaker": replace(
+        BAYES,
+        normalisation="speaker",
+        lapse=0.05,
+        components=(Component("product", 0.7), Component("no-frame", 0.3, keep_frames=False)),
+    ),
+}
+SPOKEN = said(
+    relation("behind", "House", figure="A"),
+    relation("left", "House", figure="A"),
+    relation("near", "MainSt", negated=True, figure="A"),
+    relation("front", "House", figure="B"),
+    relation("south", "MainSt", figure="B"),
+    targets=("A", "B"),
+)
+
+
+def total_variation(a, b):
+    return max(0.5 * np.abs(a.belief(t) - b.belief(t)).sum() for t in a.targets)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_full_enumeration_agrees_with_exact(name):
+    exact, info = infer_description(SPOKEN, CITY, MODELS[name])
+    full, full_info = infer_description(SPOKEN, CITY, MODELS[name], "enumerate")
+    assert total_variation(exact, full) < 1e-5
+    assert full_info.log_evidence == pytest.approx(info.log_evidence, abs=1e-4)
+    for target in exact.targets:
+        assert full.component(target) == pytest.approx(exact.component(target), abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["bayes", "lapse", "shared frames"])
+def test_importance_sampling_agrees_within_its_error(name):
+    exact, _ = infer_description(SPOKEN, CITY, MODELS[name])
+    ENGINES.add("test-few", partial(importance, draws=1000))
+    try:
+        rough, _ = infer_description(
+            SPOKEN, CITY, MODELS[name], "test-few", rng=np.random.default_rng(0)
+        )
+    finally:
+        ENGINES._entries.pop("test-few")
+    assert total_variation(exact, rough) < 0.06
+    fine, _ = infer_description(
+        SPOKEN, CITY, MODELS[name], "importance", rng=np.random.default_rng(0)
+    )
+    assert total_variation(exact, fine) < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "bound"), [("nuts", 0.08), ("svi", 0.12)])
+def test_engines_with_gradients_agree_roughly(engine, bound):
+    """One front, one mode: the house's."""
+    what = said(relation("behind", "House"))
+    model = replace(BAYES, components=(Component("product"),))
+    exact, _ = infer_description(what, CITY, model)
+    rough, _ = infer_description(what, CITY, model, engine, rng=np.random.default_rng(0))
+    assert total_variation(exact, rough) < bound
+
+
+@pytest.mark.parametrize("engine", ["importance", "nuts", "svi"])
+def test_engines_that_draw_want_an_rng(engine):
+    with pytest.raises(InputError, match=rf"Engine '{engine}' draws; give rng="):
+        infer_description(SPOKEN, CITY, "bayes", engine)
+
+
+@pytest.mark.parametrize("engine", ["nuts", "svi"])
+def test_points_have_no_gradient(engine):
+    with pytest.raises(InputError, match=rf"Engine '{engine}' needs frames with a density"):
+        infer_description(SPOKEN, CITY, "sloop", engine, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("engine", ["importance"])
+def test_the_same_seed_gives_the_same_bytes(engine):
+    runs = [
+        infer_description(SPOKEN, CITY, "bayes", engine, rng=np.random.default_rng(7))[0]
+        for _ in range(2)
+    ]
+    np.testing.assert_array_equal(runs[0].belief("A"), runs[1].belief("A"))
+
+
+def test_a_fixed_front_is_taken_whatever_its_prior():
+    what = said(relation("front", "House"))
+    east, _ = infer_description(what, CITY, "bayes", do={"frame": {"House": 0.0}})
+    belief = east.belief("RedCar")
+    house = CITY.grid.cell_at(12.0, -7.0)[1]
+    assert belief[:, house + 1 :].sum() > 3 * belief[:, :house].sum()
+    one, _ = infer_description(what, CITY, "bayes", do={"component": "near"})
+    assert one.component("RedCar") == {"near": 1.0}
+    with pytest.raises(InputError, match="Intervention 'cell' is unknown; expected one of frame"):
+        infer_description(what, CITY, "bayes", do={"cell": 3})
+    with pytest.raises(InputError, match="Front is 'up'; expected a finite number of radians"):
+        infer_description(what, CITY, "bayes", do={"frame": {"House": "up"}})
+
+
+def test_the_map_a_description_was_read_on_must_match():
+    from dataclasses import replace as changed
+
+    with pytest.raises(InputError, match="read on map 'elsewhere'; expected 'block'"):
+        infer_description(changed(SPOKEN, map="elsewhere"), CITY)
