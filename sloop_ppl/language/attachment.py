@@ -350,7 +350,7 @@ class _Walk:
                 self.ledger.give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
-        clause.named, clause.open, clause.route = True, True, False
+        clause.named, clause.open, clause.route, clause.topic = True, True, False, None
         clause.subject, clause.negated, clause.aside = (), False, False
 
     def _phrase(self, phrase: RelationPhrase, after: int, at: int) -> None:
@@ -373,6 +373,9 @@ class _Walk:
             return
         about = phrase.grounds[0]
         clause.spoken = ()
+        if phrase.own and clause.named and clause.topic is not None:
+            turned = [INVERSE[r] for r in phrase.relations if r in INVERSE]
+            phrase = replace(phrase, relations=tuple(turned), grounds=(clause.topic,))
         if clause.subject:
             if about.kind == "figure":
                 self.ledger.converse(phrase, clause.subject)
@@ -409,7 +412,7 @@ class _Walk:
 
     def _shared(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase with the ground of the next: "close to, but not on, Grant Street"."""
-        onward = self.reader.past(after, "comma", "and", "or", "but", "neg", "only", "skip")
+        onward = self.reader.past(after, "comma", "and", "or", "but", "neg", "only", "skip", "det")
         between = {self.reader.kind(k) for k in range(after, onward)}
         if not between & {"and", "or", "but", "neg"}:
             return None

@@ -227,6 +227,9 @@ def _postposed(norms: Sequence[str], at: int) -> int:
         ["was"],
     ):
         at += 2
+    elif norms[at : at + 1] in (["("], [","]) and norms[at + 2 : at + 3] in ([")"], [","]):
+        coloured = norms[at + 1] in lexicon().colours
+        return at + 2 if coloured else 0
     else:
         return 0
     follows = norms[at + 1] if at + 1 < len(norms) else ""

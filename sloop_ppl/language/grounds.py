@@ -205,7 +205,8 @@ class GroundReader:
 
     def _inside(self, at: int) -> tuple[Ground, int] | None:
         """Return the named ground in "... of the Dresden", "... that houses Rumor"."""
-        if self.kind(at) == "which" and self.kind(at + 1) == "houses":
+        relative = self.kind(at) == "which" or self.value(at) == "that's"
+        if relative and self.kind(at + 1) == "houses":
             at += 1
         if self.kind(at) not in _INTO:
             return None

@@ -29,6 +29,7 @@ class RelationPhrase:
     joint : whether the grounds belong to one relation (between, corner).
     corner : whether that is a corner.
     part : whether a part was named ("side", "corner").
+    own : whether it is a side of what was spoken of ("to its left").
     negated : whether the phrase is denied.
     distance_m : the distance that was said.
     cue : half-open range of words of the cue.
@@ -44,6 +45,7 @@ class RelationPhrase:
     part: bool = False
     negated: bool = False
     distance_m: float | None = None
+    own: bool = False
 
 
 def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] | None:
@@ -127,6 +129,8 @@ def _simple(
     if got is None:
         return RelationPhrase((relation,), (), cue, item.last, negated=negated), onward
     ground, after = got
+    if ground.kind == "unknown" and relation == "across" and reader.kind(after - 1) == "place":
+        return RelationPhrase((relation,), (), cue, ground.last, negated=negated), after
     if ground.kind == "landmark" and relation == "across" and reader.kind(after) == "from":
         got = reader.read(after + 1)
         if got is not None and got[0].kind == "landmark":
@@ -283,7 +287,7 @@ def _direction(
         got = reader.read(at - 1) if reader.items[at - 1].value == "it" else None
         back = got[0] if got else reader.last_spoken()
         owners = (back,) if back is not None else ()
-        return RelationPhrase(directions, owners, span, span[1]), onward
+        return RelationPhrase(directions, owners, span, span[1], own=True), onward
     if reader.kind(onward) == "comma" and reader.kind(onward + 1) == "of":
         onward += 1
     linked = reader.kind(onward) in ("of", "from") or (reader.kind(onward) == "to" and not part)

@@ -113,7 +113,11 @@ def _inferred(symbol: str, mention: FigureMention, state: TextReading) -> Target
 
 
 def settle(state: TextReading) -> dict[int, int]:
-    """Return which landmark every mention stands for, the map spoken of most deciding ties."""
+    """Return which landmark every mention stands for.
+
+    Ties go to the map that is spoken of most, then to a place of the kind that its name says
+    ("Chase Bank" is the bank rather than the tower), then to the first on the map.
+    """
     homes = Counter[str]()
     for mention in state.landmarks:
         told = {state.places.home(c) for c in mention.candidates}
@@ -123,10 +127,19 @@ def settle(state: TextReading) -> dict[int, int]:
     for mention in state.landmarks:
         fit = max(
             range(len(mention.candidates)),
-            key=lambda k: (homes[state.places.home(mention.candidates[k])], -k),
+            key=lambda k: (
+                homes[state.places.home(mention.candidates[k])],
+                _says_its_kind(state, mention, mention.candidates[k]),
+                -k,
+            ),
         )
         chosen[mention.first] = mention.candidates[fit]
     return chosen
+
+
+def _says_its_kind(state: TextReading, mention: LandmarkMention, position: int) -> bool:
+    amenity = state.city.landmarks[position].properties.get("amenity")
+    return any(w.low == amenity for w in state.words[mention.first : mention.last])
 
 
 def to_description(state: TextReading) -> Description:

@@ -1,0 +1,79 @@
+from importlib.metadata import entry_points
+
+import pytest
+import spacy
+
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.language import load_pipeline
+from sloop_ppl.language.pipeline import COMPONENTS
+
+TEXT = "The red bike is behind Velvet Dog.  The green\n\ncar isn't near Rumor!!"
+
+
+def triples(doc):
+    return [(r.figure, r.relation, r.ground) for r in doc._.spatial_relations]
+
+
+def test_relations_are_an_attribute_of_the_text():
+    doc = load_pipeline("cleveland")(TEXT)
+    assert triples(doc) == [
+        ("RedBike", "behind", "VelvetDog"),
+        ("GreenToyota", "near", "Rumor"),
+    ]
+    assert doc._.sloop_description.map == "cleveland"
+
+
+@pytest.mark.parametrize("text", [TEXT, "", " ", "\n a\t\tb ", "x" * 100, "\ud800 a", ",,,,a,,"])
+def test_the_tokenizer_keeps_every_character(text):
+    doc = load_pipeline("cleveland").make_doc(text)
+    assert len(doc.text) == len(text)
+    assert doc.text == text.replace("\ud800", "?")
+
+
+def test_components_work_in_a_pipeline_of_ones_own():
+    nlp = spacy.blank("en")
+    nlp.add_pipe("sloop_landmarks", config={"map": "cleveland"})
+    for name in COMPONENTS[1:]:
+        nlp.add_pipe(name)
+    assert triples(nlp(TEXT)) == triples(load_pipeline("cleveland")(TEXT))
+
+
+def test_texts_can_be_read_in_a_stream():
+    nlp = load_pipeline("cleveland")
+    assert [len(triples(doc)) for doc in nlp.pipe([TEXT, "nothing", TEXT])] == [2, 0, 2]
+
+
+def test_targets_come_from_a_file(tmp_path):
+    path = tmp_path / "targets.json"
+    path.write_text('[{"id": "Tom", "names": ["tom"]}]')
+    assert triples(load_pipeline("cleveland", str(path))("Tom is near Ivy")) == [
+        ("Tom", "near", "Ivy")
+    ]
+
+
+def test_a_pipeline_without_map_says_what_to_do():
+    with pytest.raises(InputError, match="The component 'sloop_landmarks' has no map; add it"):
+        load_pipeline()(TEXT)
+
+
+def test_components_in_the_wrong_order_say_what_is_missing():
+    nlp = spacy.blank("en")
+    nlp.add_pipe("sloop_cues")
+    with pytest.raises(InputError, match="'sloop_cues' found no landmarks read; add 'sloop_landm"):
+        nlp(TEXT)
+
+
+def test_an_unknown_map_is_refused_when_the_pipeline_is_made():
+    with pytest.raises(UnknownName, match="Map 'atlantis' is unknown"):
+        load_pipeline("atlantis")
+
+
+def test_factories_are_declared_to_spacy():
+    declared = {e.name: e.value for e in entry_points(group="spacy_factories")}
+    if "sloop_landmarks" not in declared:
+        pytest.skip("the project was installed before its factories were declared")
+    assert {*COMPONENTS, "dependency_paths"} <= set(declared)
+    for name in (*COMPONENTS, "dependency_paths"):
+        module, _, attribute = declared[name].partition(":")
+        assert module.startswith("sloop_ppl.language.")
+        assert attribute.startswith("make_")
