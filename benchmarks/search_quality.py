@@ -97,8 +97,8 @@ def main():
     settings = {"sensor_range_cells": options.range, "fov_deg": options.fov}
     lines = [
         (
-            f"{options.model}, range {options.range:g}, fan {options.fov:g}: {len(cases)} targets x "
-            f"{options.starts} starts, {len(set(clusters))} configurations"
+            f"{options.model}, range {options.range:g}, fan {options.fov:g}: {len(cases)} targets "
+            f"x {options.starts} starts, {len(set(clusters))} configurations"
         ),
         f"| planner | discounted reward | minus {options.against} | found | ms a step |",
         "| --- | --- | --- | --- | --- |",
