@@ -10,7 +10,13 @@ import xarray
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.fronts import Framed, framed_terms, front_prior, front_ratio
+from sloop_ppl.inference.fronts import (
+    Framed,
+    framed_terms,
+    front_distribution,
+    front_prior,
+    front_ratio,
+)
 
 if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
@@ -125,8 +131,9 @@ def _lattice(n: int, dimensions: int) -> Table:
 def _inverse(weights: Table, uniforms: Table) -> NDArray[np.intp]:
     """Return the index at which the running sum of the weights passes each number."""
     running = np.cumsum(weights)
-    found = np.searchsorted(running, uniforms * running[-1], side="right")
-    return np.minimum(found, np.flatnonzero(weights)[-1])
+    passed = np.searchsorted(running, uniforms * running[-1], side="right")
+    found: NDArray[np.intp] = np.minimum(passed, np.flatnonzero(weights)[-1])
+    return found
 
 
 def _by_column(weights: Table, uniforms: Table) -> NDArray[np.intp]:
@@ -166,7 +173,9 @@ def _fronts(
         places, home = np.unique(cells, return_inverse=True)
         told = mass[:, None] * front_ratio(term, model, angles, places)
         node = _by_column(np.where(uses, told[:, home], mass[:, None]), pick)
-    points = [part.mean_rad for part in model.frame_prior(term).parts if math.isinf(part.kappa)]
+    points = [
+        part.mean_rad for part in front_distribution(term, model).parts if math.isinf(part.kappa)
+    ]
     width = 2 * math.pi / max(len(np.unique(angles)) - len(points), 1)
     jitter = np.where(np.isin(angles[node], points), 0.0, (within - 0.5) * width)
     drawn: Table = (angles[node] + jitter + math.pi) % (2 * math.pi) - math.pi

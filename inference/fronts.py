@@ -12,7 +12,14 @@ import torch
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.models import Preset, RelationTerm, log_phrase, log_phrase_given_front
+from sloop_ppl.models import (
+    FrameDistribution,
+    Preset,
+    RelationTerm,
+    log_phrase,
+    log_phrase_given_front,
+    phrases,
+)
 
 if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
@@ -22,6 +29,7 @@ __all__ = [
     "directions",
     "find_framed",
     "framed_terms",
+    "front_distribution",
     "front_prior",
     "front_ratio",
     "front_table",
@@ -113,6 +121,11 @@ def find_framed(
     )
 
 
+def front_distribution(term: RelationTerm, model: Preset) -> FrameDistribution:
+    """Return the prior of the front that a frame relation depends on."""
+    return phrases.front_prior(term, model) or model.frame_prior(term)
+
+
 def front_prior(
     term: RelationTerm, model: Preset, bins: int
 ) -> tuple[Table, Table, NDArray[np.intp]]:
@@ -124,7 +137,7 @@ def front_prior(
         Angles in radians, probabilities that sum to one, and indices into `directions`, shape
         (M,) each. Points of the prior come first, at their own angle.
     """
-    angles, mass = model.frame_prior(term).bins(_NODES_PER_BIN * bins)
+    angles, mass = front_distribution(term, model).bins(_NODES_PER_BIN * bins)
     return angles, mass, np.round(angles * bins / (2 * math.pi)).astype(np.intp) % bins
 
 
@@ -181,10 +194,12 @@ def front_table(posterior: Posterior, target: str, framed: Framed, bins: int) ->
     cells = np.arange(used.size)
 
     def weigh(part: slice) -> Table:
-        return front_ratio(framed.term, posterior.model, angles[part], cells)
+        ratio: Table = front_ratio(framed.term, posterior.model, angles[part], cells)
+        return ratio
 
     prior = np.bincount(home, weights=mass, minlength=bins)
-    return _binned(weigh, mass, home, used, bins) + prior[:, None] * unused
+    table: Table = _binned(weigh, mass, home, used, bins) + prior[:, None] * unused
+    return table
 
 
 def _binned(

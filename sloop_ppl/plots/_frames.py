@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["arrow_length_m", "circular_sd_rad", "draw_frames"]
 
-_LEAST_P = 0.1
+_LEAST_P = 0.3  # less, and the front is more probably elsewhere
 _ARROW = [
     (-1, 0.17),
     (0.2, 0.17),
@@ -64,7 +64,7 @@ def draw_frames(
     ----------
     ax : axes in metres.
     city : the map.
-    frames : directions; those with a probability below 0.1 are left out, equal ones drawn once.
+    frames : directions; those with a probability below 0.3 are left out, equal ones drawn once.
 
     Returns
     -------

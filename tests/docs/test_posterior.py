@@ -1,0 +1,32 @@
+"""The Python of docs/posterior.md runs as it stands, and what the page says is so."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs" / "posterior.md"
+
+
+@pytest.mark.slow
+def test_the_page_runs_and_says_what_is_so(tmp_path, monkeypatch, capsys):
+    matplotlib.use("agg")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for number, code in enumerate(re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)):
+        exec(compile(code, f"{PAGE.name}, block {number}", "exec"), names)
+    out = capsys.readouterr().out
+    assert (tmp_path / "sheet.png").stat().st_size > 50_000
+    assert "cannot be ranked" in out
+    assert "| exact | 0.0e+00 |" in out
+    assert "on ('West4thSt',) 0.10 -> 0.84" in out
+    assert "near ('VelvetDog',) 0.10 -> 0.06" in out
+
+
+def test_every_picture_of_the_page_is_there():
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", PAGE.read_text())
+    assert len(pictures) == 3
+    assert [p for p in pictures if not (PAGE.parent / p).exists()] == []
