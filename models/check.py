@@ -61,7 +61,7 @@ def check_likelihood(likelihood: RelationLikelihood) -> None:
     >>> from sloop_ppl.models import LIKELIHOODS
     >>> check_likelihood(LIKELIHOODS["student-vonmises"])
     """
-    name = type(likelihood).__name__
+    name = _name(likelihood)
     if not callable(getattr(likelihood, "log_g", None)):
         raise InputError(f"{name} has no method log_g(term, direction_rad); a likelihood needs one")
     for check in (_check_tables, _check_gradients, _check_turning, _check_cells, _check_marginal):
@@ -120,7 +120,7 @@ class _Case:
         """Return log g, checked."""
         term, cells = self.term, self.term.city.grid.size
         expected = (cells,) if self.directions is None else (len(self.directions), cells)
-        what = f"log_g of {type(likelihood).__name__} for {self.told}"
+        what = f"log_g of {_name(likelihood)} for {self.told}"
         return check_table(likelihood.log_g(term, self.directions), expected, what)
 
 
@@ -177,14 +177,14 @@ def _check_tables(likelihood: RelationLikelihood) -> None:
                 alone, table[i : i + 1], atol=1e-9
             ):
                 raise InputError(
-                    f"log_g of {type(likelihood).__name__} for {case.told} gives direction "
+                    f"log_g of {_name(likelihood)} for {case.told} gives direction "
                     f"{float(case.directions[i]):.2f} rad another value alone than among "
                     f"{len(case.directions)}; expected row b to depend on direction b only"
                 )
 
 
 def _check_gradients(likelihood: RelationLikelihood) -> None:
-    name = type(likelihood).__name__
+    name = _name(likelihood)
     tensors: dict[str, Tensor] = {}
     for parameter in parameters_of(likelihood):
         if not hasattr(likelihood, parameter.name):
@@ -230,7 +230,7 @@ def _check_turning(likelihood: RelationLikelihood) -> None:
             if off > 1e-6:
                 raise InputError(
                     f"{what.capitalize()} map and direction does not do so to log_g of "
-                    f"{type(likelihood).__name__} for {case.told}: off by {off:.3g}; expected it "
+                    f"{_name(likelihood)} for {case.told}: off by {off:.3g}; expected it "
                     "to depend on distance, on term.bearing_rad less direction_rad, and not on "
                     "east or north"
                 )
@@ -248,7 +248,7 @@ def _check_cells(likelihood: RelationLikelihood) -> None:
         moved = float(0.5 * (masses[0] - masses[1]).abs().sum((-2, -1)).max())
         if moved > _MOST_MOVED:
             raise InputError(
-                f"Halving the cells moves {moved:.2g} of the mass of {type(likelihood).__name__} "
+                f"Halving the cells moves {moved:.2g} of the mass of {_name(likelihood)} "
                 f"for {case.told}; expected at most {_MOST_MOVED:g}: take distances in metres, "
                 "from term.distance_m or term.off_m, and not in cells"
             )
@@ -267,7 +267,7 @@ def _check_marginal(likelihood: RelationLikelihood) -> None:
         change = (g - g.roll(1, 0)).abs()
         jumps = torch.where(change > _JUMP, change, 0.0).sum(0)
         for told, frame in _FRAMES.items():
-            what = f"log_marginal of {type(likelihood).__name__} for {case.told} under {told}"
+            what = f"log_marginal of {_name(likelihood)} for {case.told} under {told}"
             table = check_table(
                 likelihood.log_marginal(term, frame), (term.city.grid.size,), what
             ).exp()
@@ -304,3 +304,8 @@ def _by_quadrature(
 def _square(table: Tensor) -> Tensor:
     side = math.isqrt(table.shape[-1])
     return table.reshape(*table.shape[:-1], side, side)
+
+
+def _name(likelihood: RelationLikelihood) -> str:
+    """Return what to call a likelihood: its own name if it carries one, else its type's."""
+    return str(getattr(likelihood, "name", type(likelihood).__name__))

@@ -96,7 +96,7 @@ def share_parameter(name: str, median: float, meaning: str) -> Parameter:
 
 def parameters_of(likelihood: object) -> tuple[Parameter, ...]:
     """Return what a likelihood declares; none when it declares nothing."""
-    declared: Iterable[Parameter] = getattr(type(likelihood), "parameters", ())
+    declared: Iterable[Parameter] = getattr(likelihood, "parameters", ())
     return tuple(declared)
 
 
@@ -105,7 +105,8 @@ def with_values(likelihood: T, values: Mapping[str, float | Tensor]) -> T:
 
     Parameters
     ----------
-    likelihood : a frozen dataclass that declares `parameters`.
+    likelihood : a frozen dataclass that declares `parameters`; one that wraps another has a method
+        ``with_values`` of its own.
     values : parameter name -> value; a tensor is taken as it is, a number is checked.
 
     Raises
@@ -116,10 +117,14 @@ def with_values(likelihood: T, values: Mapping[str, float | Tensor]) -> T:
     if not values:
         return likelihood
     declared = {parameter.name: parameter for parameter in parameters_of(likelihood)}
-    kind = type(likelihood).__name__
+    kind = getattr(likelihood, "name", type(likelihood).__name__)
     for name in values:
         if name not in declared:
             raise UnknownName(f"parameter of {kind}", name, declared)
+    own = getattr(likelihood, "with_values", None)
+    if own is not None:
+        wrapped: T = own(values)
+        return wrapped
     if not is_dataclass(likelihood) or isinstance(likelihood, type):
         raise InputError(
             f"{kind} declares parameters but is no dataclass; make it a frozen dataclass whose "

@@ -19,6 +19,8 @@ from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import load_targets, no_relation_found
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import FRAME_PREDICTORS, PredictedPoint, PredictedSpread, Preset, preset
+from sloop_ppl.models.tuning import load_parameters, with_parameters
+from sloop_ppl.models.user import is_user_model, load_model
 from sloop_ppl.outputs import check_output, written_whole
 from sloop_ppl.plots import animate_search, check_figure_path, plot_search, save_figure
 from sloop_ppl.search import Episode, SearchConfig
@@ -27,15 +29,31 @@ from sloop_ppl.search.names import check_planner
 __all__ = ["SearchRequest", "SearchResult", "model_of", "posterior_of", "run_request"]
 
 
-def model_of(name: str, variant: str = "published", frames: str | None = None) -> Preset:
-    """Return a model by name, with another frame predictor if one is named.
+def model_of(
+    name: str,
+    variant: str = "published",
+    frames: str | None = None,
+    params: Path | None = None,
+) -> Preset:
+    """Return a model by name, with other parameters and frame predictor if they are given.
+
+    Parameters
+    ----------
+    name : a registered model, or ``FILE.py:NAME``; see :func:`sloop_ppl.models.user.load_model`.
+    variant, frames : names.
+    params : file of parameters; see :func:`sloop_ppl.models.tuning.load_parameters`.
 
     Raises
     ------
-    UnknownName : when there is no such model, variant or frame predictor.
-    InputError : when the model's frame prior takes no predictor.
+    UnknownName : when there is no such model, variant, frame predictor or parameter.
+    InputError : when the model's frame prior takes no predictor, or a file is not what it should
+        be.
     """
-    model = preset(name, variant)
+    if is_user_model(name) and variant != "published":
+        raise InputError(f"Model '{name}' has no variant '{variant}'; leave --variant out")
+    model = load_model(name) if is_user_model(name) else preset(name, variant)
+    if params is not None:
+        model = with_parameters(model, load_parameters(params))
     if frames is None:
         return model
     predictor = FRAME_PREDICTORS[frames]
@@ -54,6 +72,7 @@ def posterior_of(
     variant: str = "published",
     engine: str = "exact",
     frames: str | None = None,
+    params: Path | None = None,
     prior: Path | None = None,
     truth: dict[str, tuple[float, float]] | None = None,
 ) -> Posterior:
@@ -65,6 +84,7 @@ def posterior_of(
     map_name : a bundled map's name or a map file.
     targets : file that declares the objects.
     model, variant, engine, frames : names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
+    params : file of parameters.
     prior : a saved posterior; its beliefs are the prior of the targets it holds.
     truth : true places, for models that need them.
 
@@ -72,7 +92,7 @@ def posterior_of(
     ------
     SloopError : for any mistake in these; names are checked before the work.
     """
-    chosen, _ = model_of(model, variant, frames), ENGINES[engine]
+    chosen, _ = model_of(model, variant, frames, params), ENGINES[engine]
     city = load_map(map_name)
     declared = load_targets(targets) if targets else None
     said = parse(text, city, targets=declared)
@@ -104,6 +124,7 @@ class SearchRequest:
     variant: str = "published"
     engine: str = "exact"
     frames: str | None = None
+    params: Path | None = None
     planner: str = "pouct"
     sensor_range_cells: float = 3
     fov_deg: float = 90
@@ -162,7 +183,8 @@ def run_request(
         check_figure_path(request.animation, animation=True)
     posterior = posterior_of(
         request.text, request.map_name, targets=request.targets, model=request.model,
-        variant=request.variant, engine=request.engine, frames=request.frames, truth=places,
+        variant=request.variant, engine=request.engine, frames=request.frames,
+        params=request.params, truth=places,
     )  # fmt: skip
     for line in unresolved_lines(posterior):
         tell(line)

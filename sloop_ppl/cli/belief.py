@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Targets, Text, Variant
+from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Params, Targets, Text, Variant
 from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["infer"]
@@ -21,6 +21,7 @@ def infer(
     variant: Variant = "published",
     engine: Engine = "exact",
     frames: Frames = None,
+    params: Params = None,
     prior: Annotated[
         Path | None, typer.Option(help="A saved posterior whose beliefs are the prior.")
     ] = None,
@@ -54,7 +55,7 @@ def infer(
         check_output(export, (".geojson", ".json"))
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
-        prior=prior,
+        params=params, prior=prior,
     )  # fmt: skip
     for line in unresolved_lines(posterior):
         progress(line)

@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Engine", "Frames", "Json", "Map", "Model", "Nlp", "Targets", "Text", "Variant"]
+__all__ = [
+    "Engine",
+    "Frames",
+    "Json",
+    "Map",
+    "Model",
+    "Nlp",
+    "Params",
+    "Targets",
+    "Text",
+    "Variant",
+]
 
 Text = Annotated[str, typer.Argument(help="What was said, in English.", show_default=False)]
 Map = Annotated[
@@ -24,12 +35,18 @@ Nlp = Annotated[
         show_default=False,
     ),
 ]
-Model = Annotated[str, typer.Option(help="Observation model; see `sloop list models`.")]
+Model = Annotated[
+    str, typer.Option(help="Observation model: a name of `sloop list models`, or FILE.py:NAME.")
+]
 Variant = Annotated[
     str, typer.Option(help="Which source a sloop model follows: published (code) or paper (text).")
 ]
 Engine = Annotated[str, typer.Option(help="Inference engine; see `sloop list engines`.")]
 Frames = Annotated[
     str | None, typer.Option(help="Frame predictor; see `sloop list frames`.", show_default=False)
+]
+Params = Annotated[
+    Path | None,
+    typer.Option(help="TOML or JSON file of the model's parameters.", show_default=False),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]

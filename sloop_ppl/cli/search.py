@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Targets, Text, Variant
+from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Params, Targets, Text, Variant
 from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["search"]
@@ -28,6 +28,7 @@ def search(
     variant: Variant = "published",
     engine: Engine = "exact",
     frames: Frames = None,
+    params: Params = None,
     planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "pouct",
     range_: Annotated[float, typer.Option("--range", help="How far the sensor sees, cells.")] = 3,
     fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
@@ -48,7 +49,7 @@ def search(
 
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
-        model=model, variant=variant, engine=engine, frames=frames, planner=planner,
+        model=model, variant=variant, engine=engine, frames=frames, params=params, planner=planner,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, seed=seed, out=out, figure=figure, animation=animation,
     )  # fmt: skip

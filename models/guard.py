@@ -1,0 +1,116 @@
+"""Check what a user's likelihood returns at every call, and say in one line what it raises."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.models.check import check_table
+from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.likelihoods import (
+    ClosedFormMarginal,
+    Parameter,
+    RelationLikelihood,
+    parameters_of,
+    with_values,
+)
+from sloop_ppl.models.terms import RelationTerm
+
+__all__ = ["GuardedLikelihood", "described", "guarded", "line_of"]
+
+
+@dataclass(frozen=True)
+class GuardedLikelihood:
+    """A likelihood whose tables are checked.
+
+    Parameters
+    ----------
+    inner : the user's likelihood.
+    name : what to call it in messages.
+    path : the file it stands in, to name the line that failed.
+    """
+
+    inner: RelationLikelihood
+    name: str
+    path: Path
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What the user's likelihood declares."""
+        return parameters_of(self.inner)
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "inner" and name in {p.name for p in parameters_of(self.inner)}:
+            return getattr(self.inner, name)
+        raise AttributeError(f"'{type(self).__name__}' has no attribute '{name}'")
+
+    def with_values(self, values: Mapping[str, float | Tensor]) -> GuardedLikelihood:
+        """Return it with some parameters changed."""
+        return replace(self, inner=with_values(self.inner, values))
+
+    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+        """Return log g.
+
+        Raises
+        ------
+        InputError : when the user's code fails or returns no table of log probabilities.
+        """
+        cells = (term.city.grid.size,)
+        shape = cells if direction_rad is None else (len(direction_rad), *cells)
+        return self._called("log_g", term, shape, lambda: self.inner.log_g(term, direction_rad))
+
+    def _called(
+        self, method: str, term: RelationTerm, shape: tuple[int, ...], call: Callable[[], Tensor]
+    ) -> Tensor:
+        about = f"relation '{term.relation}' of {term.ground}"
+        try:
+            table = call()
+        except Exception as error:
+            line = line_of(error, self.path)
+            at = f" at line {line} of {self.path.name}" if line else ""
+            raise InputError(
+                f"{method} of '{self.name}' fails for {about}{at}: {described(error)}"
+            ) from error
+        return check_table(table, shape, f"{method} of '{self.name}' for {about}")
+
+
+@dataclass(frozen=True)
+class GuardedMarginal(GuardedLikelihood):
+    """A guarded likelihood that knows its own expectation over a frame."""
+
+    inner: ClosedFormMarginal  # type: ignore[assignment]
+
+    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+        """Return log E[g] over the frame, shape (S,)."""
+        shape = (term.city.grid.size,)
+        return self._called(
+            "log_marginal", term, shape, lambda: self.inner.log_marginal(term, frame)
+        )
+
+
+def guarded(likelihood: RelationLikelihood, name: str, path: Path) -> GuardedLikelihood:
+    """Return a likelihood whose every call is checked."""
+    if isinstance(likelihood, ClosedFormMarginal):
+        return GuardedMarginal(likelihood, name, path)
+    return GuardedLikelihood(likelihood, name, path)
+
+
+def line_of(error: BaseException, path: Path) -> int | None:
+    """Return the last line of a file that an error passed through; None if it did not."""
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f.lineno for f in frames if Path(f.filename).resolve() == path.resolve()]
+    return own[-1] if own else None
+
+
+def described(error: BaseException) -> str:
+    """Return an error's type and message on one line."""
+    message = error.msg if isinstance(error, SyntaxError) else str(error)
+    return " ".join(f"{type(error).__name__}: {message}".split()).removesuffix(":")

@@ -1,0 +1,143 @@
+"""Change the numbers of a model by name, from a mapping or a file."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models.likelihoods import with_values
+from sloop_ppl.models.presets import Preset
+
+__all__ = ["load_parameters", "with_parameters"]
+
+_MODEL_NUMBERS = ("lapse", "temper", "error_m")
+_MODEL_SWITCHES = ("joint_grounds", "heed_distance", "shared_frames")
+_SHARES = ("lapse", "absolute")
+
+
+def load_parameters(path: str | Path) -> dict[str, dict[str, Any]]:
+    """Read parameters from a file.
+
+    Parameters
+    ----------
+    path : a ``.toml`` file of the sections that `with_parameters` takes, or a ``.json`` file of
+        them, by themselves or as its member ``parameters``.
+
+    Raises
+    ------
+    InputError : when the file does not exist, or is no TOML or JSON of sections.
+    """
+    file = Path(path)
+    try:
+        text = file.read_text(encoding="utf-8")
+        told: Any = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
+    except OSError as error:
+        raise InputError(f"Parameter file '{path}' cannot be read: {error.strerror}") from error
+    except ValueError as error:  # TOMLDecodeError, JSONDecodeError, UnicodeDecodeError
+        kind = "JSON" if file.suffix == ".json" else "TOML"
+        raise InputError(f"Parameter file '{path}' is no {kind}: {error}") from error
+    if isinstance(told, Mapping) and isinstance(told.get("parameters"), Mapping):
+        told = told["parameters"]
+    if not isinstance(told, Mapping) or not all(isinstance(s, Mapping) for s in told.values()):
+        raise InputError(
+            f"Parameter file '{path}' has numbers outside a section; put them under one of "
+            f"{', '.join(f'[{name}]' for name in _SECTIONS)}"
+        )
+    return {name: dict(section) for name, section in told.items()}
+
+
+def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> Preset:
+    """Return a model with some of its numbers changed.
+
+    Parameters
+    ----------
+    model : the model.
+    values : section -> name -> value. Sections are ``likelihood`` (what it declares as
+        ``parameters``), ``model`` (lapse, temper, error_m and the switches), ``frames`` (the
+        numbers of the frame prior) and ``weights`` (prior weight by component).
+
+    Raises
+    ------
+    UnknownName : for a section or parameter there is none of; it lists those there are.
+    InputError : for a value of the wrong type or out of range.
+
+    Examples
+    --------
+    >>> from sloop_ppl.models import preset
+    >>> tuned = with_parameters(preset("bayes"), {"frames": {"kappa": 2}, "weights": {"at": 0.2}})
+    >>> tuned.frame_prior.kappa
+    2.0
+    """
+    for section, numbers in values.items():
+        if section not in _SECTIONS:
+            raise UnknownName("section of parameters", section, _SECTIONS)
+        model = _SECTIONS[section](model, numbers)
+    return model
+
+
+def _likelihood(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+    return replace(model, likelihood=with_values(model.likelihood, numbers))
+
+
+def _model(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+    changed: dict[str, Any] = {}
+    for name, value in numbers.items():
+        if name in _MODEL_SWITCHES:
+            if not isinstance(value, bool):
+                raise InputError(f"Switch '{name}' is {value!r}; expected true or false")
+            changed[name] = value
+        elif name in _MODEL_NUMBERS:
+            changed[name] = _number(name, value)
+        else:
+            raise UnknownName("parameter of the model", name, _MODEL_NUMBERS + _MODEL_SWITCHES)
+    return replace(model, **changed)
+
+
+def _frames(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+    prior: Any = model.frame_prior
+    known: list[str] = []
+    if is_dataclass(prior):
+        known = [f.name for f in fields(prior) if isinstance(getattr(prior, f.name), int | float)]
+    changed = {}
+    for name, value in numbers.items():
+        if name not in known:
+            raise UnknownName(f"parameter of {type(prior).__name__}", name, known)
+        number = _number(name, value)
+        if number < 0 or (name in _SHARES and number > 1):
+            low_high = "from 0 to 1" if name in _SHARES else "of 0 or more"
+            raise InputError(f"Parameter '{name}' of frames is {number:g}; expected it {low_high}")
+        changed[name] = number
+    return replace(model, frame_prior=replace(prior, **changed))
+
+
+def _weights(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+    known = [part.name for part in model.components]
+    for name in numbers:
+        if name not in known:
+            raise UnknownName(f"component of model {model.name}", name, known)
+    components = tuple(
+        replace(part, weight=_number(part.name, numbers[part.name]))
+        if part.name in numbers
+        else part
+        for part in model.components
+    )
+    return replace(model, components=components)
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"Parameter '{name}' is {value!r}; expected a number")
+    return float(value)
+
+
+_SECTIONS: dict[str, Callable[[Preset, Mapping[str, Any]], Preset]] = {
+    "likelihood": _likelihood,
+    "model": _model,
+    "frames": _frames,
+    "weights": _weights,
+}
