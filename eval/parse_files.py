@@ -12,7 +12,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.inventory import all_maps, map_finder
 from sloop_ppl.eval.parsing import Miss, ParseScore, score_parser
-from sloop_ppl.language.parsers import PARSERS, Parser
+from sloop_ppl.language.parsers import Parser, find_parser
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -36,7 +36,7 @@ def score_files(
     ----------
     files : description files.
     maps : folder of map files; None for the bundled maps.
-    parser : name of a parser, or a parser.
+    parser : name of a parser, ``"module:name"`` of one of yours, or a parser.
     nlp : spaCy pipeline for the parser ``dependency_paths``, which it selects.
     merged : whether all maps' landmarks are put into one inventory.
     misspelt : share of the words of five letters or more that are misspelt, in [0, 1].
@@ -51,7 +51,7 @@ def score_files(
 
         parser = dependency_parser(nlp)
     elif isinstance(parser, str):
-        parser = PARSERS[parser]
+        parser = find_parser(parser)
     if seed < 0:
         raise InputError(f"The seed is {seed}; expected 0 or more")
     find = map_finder(maps)

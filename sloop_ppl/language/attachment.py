@@ -255,6 +255,8 @@ class _Walk:
             return at + 1
         if len(self.clause.figures) > 1 and self.clause.open:
             return at + 1
+        if self.reader.kind(after) not in ("be", "neg", "cue", "dir", "to", "plural"):
+            return at + 1  # "they keep the red bike in ..."
         self._refer(self.figures.all(), at)
         return at + 1
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
 from typing import Protocol
 
 from sloop_ppl.errors import InputError
@@ -11,7 +14,7 @@ from sloop_ppl.language.values import Description, TargetObject
 from sloop_ppl.maps import CityMap
 from sloop_ppl.registry import Registry
 
-__all__ = ["PARSERS", "Parser", "list_parsers", "parse"]
+__all__ = ["PARSERS", "Parser", "find_parser", "list_parsers", "parse"]
 
 
 class Parser(Protocol):
@@ -33,6 +36,41 @@ class Parser(Protocol):
 
 PARSERS: Registry[Parser] = Registry("parser")
 """Parsers by name; add your own with ``PARSERS.add(name, parser)``."""
+
+
+def find_parser(name: str) -> Parser:
+    """Return a parser by its name, or by the place it is defined at.
+
+    Parameters
+    ----------
+    name : a registered name, or ``"module:name"``; modules are also looked for in the working
+        folder.
+
+    Raises
+    ------
+    UnknownName : when no parser is registered by the name.
+    InputError : when the module cannot be imported, or holds no such callable.
+    """
+    if ":" not in name:
+        return PARSERS[name]
+    module, _, attribute = name.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
+        raise InputError(
+            f"Parser '{name}' cannot be imported: {error}; expected module:name of a callable "
+            "(text, city, targets) -> Description"
+        ) from error
+    if not callable(found):
+        raise InputError(
+            f"Parser '{name}' is a {type(found).__name__}; expected a callable "
+            "(text, city, targets) -> Description"
+        )
+    parser: Parser = found
+    return parser
 
 
 def list_parsers() -> list[str]:
@@ -60,7 +98,7 @@ def parse(
     city : the map it speaks of.
     targets : the objects that it can speak of; None for GreenToyota, RedHonda and RedBike, and
         for any other object the text names.
-    parser : name of a registered parser, or a parser.
+    parser : name of a registered parser, ``"module:name"`` of one of yours, or a parser.
 
     Returns
     -------
@@ -81,7 +119,7 @@ def parse(
     >>> [(r.figure, r.relation, r.ground) for r in said.relations]
     [('GreenToyota', 'behind', 'VelvetDog')]
     """
-    read = PARSERS[parser] if isinstance(parser, str) else parser
+    read = find_parser(parser) if isinstance(parser, str) else parser
     if not isinstance(text, str):
         raise InputError(f"The text is a {type(text).__name__}; expected a string")
     if targets is not None:

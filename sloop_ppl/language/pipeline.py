@@ -11,6 +11,7 @@ Importing this module imports spaCy. The components are
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Final
@@ -44,6 +45,8 @@ COMPONENTS: Final = ("sloop_landmarks", "sloop_targets", "sloop_cues", "sloop_at
 
 STATE = "sloop_reading"
 CONTEXT = "sloop_context"
+
+_LONG_TEXT = 5_000
 
 Component = Callable[[Doc], Doc]
 
@@ -232,9 +235,11 @@ def read_rules(
     targets : the objects it can speak of; None for the default ones and any others.
     """
     nlp = _shared()
-    doc = nlp.make_doc(text)
-    doc.user_data[CONTEXT] = city, targets
-    found = _description(nlp(doc))
+    # The words of long texts are forgotten again, or strange ones would fill the memory.
+    with nlp.memory_zone() if len(text) > _LONG_TEXT else nullcontext():
+        doc = nlp.make_doc(text)
+        doc.user_data[CONTEXT] = city, targets
+        found = _description(nlp(doc))
     if found is None:
         raise RuntimeError("the component 'sloop_attachment' set no description")
     return found if found.text == text else replace(found, text=text)

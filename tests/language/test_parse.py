@@ -1,3 +1,5 @@
+import sys
+
 import pytest
 
 from sloop_ppl.errors import DescriptionError, InputError, UnknownName
@@ -110,6 +112,22 @@ def test_a_parser_of_ones_own_can_be_given_or_registered():
     assert parse("x", CLEVELAND, parser=mine).relations[0].figure == "A"
     assert "rules" in list_parsers()
     assert set(PARSERS) == set(list_parsers())
+
+
+def test_a_parser_can_be_named_by_where_it_is_defined(tmp_path, monkeypatch):
+    (tmp_path / "grammar_of_mine.py").write_text(
+        "from sloop_ppl.language import Description\n"
+        "notes = 3\n"
+        "def read(text, city, targets):\n"
+        "    return Description(text.upper(), city.name, (), ())\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    assert parse("x", CLEVELAND, parser="grammar_of_mine:read").text == "X"
+    with pytest.raises(InputError, match="is a int; expected a callable"):
+        parse("x", CLEVELAND, parser="grammar_of_mine:notes")
+    with pytest.raises(InputError, match="'no_such_module:read' cannot be imported: No module"):
+        parse("x", CLEVELAND, parser="no_such_module:read")
 
 
 @pytest.mark.parametrize(
