@@ -18,7 +18,7 @@ from sloop_ppl.search.names import list_planners
 
 if TYPE_CHECKING:
     from sloop_ppl.search.belief import GridBelief
-    from sloop_ppl.search.episode import Episode, PlanInfo, Step
+    from sloop_ppl.search.episode import Episode, PlanInfo, SearchInterrupted, Step
     from sloop_ppl.search.files import read_episode, write_episode
     from sloop_ppl.search.greedy import GreedyPlanner
     from sloop_ppl.search.loop import run_search
@@ -53,6 +53,7 @@ __all__ = [
     "RobotState",
     "SearchAction",
     "SearchConfig",
+    "SearchInterrupted",
     "SearchObservation",
     "SearchObservationModel",
     "SearchPlanner",
@@ -73,7 +74,7 @@ __all__ = [
 
 _HOMES = {
     "belief": ("GridBelief",),
-    "episode": ("Episode", "PlanInfo", "Step"),
+    "episode": ("Episode", "PlanInfo", "SearchInterrupted", "Step"),
     "files": ("read_episode", "write_episode"),
     "greedy": ("GreedyPlanner",),
     "loop": ("run_search",),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.search.config import SearchConfig
 
-__all__ = ["Episode", "PlanInfo", "Pose", "Step"]
+__all__ = ["Episode", "PlanInfo", "Pose", "SearchInterrupted", "Step"]
 
 Pose = tuple[float, float, float]
 """x and y in metres, heading in degrees anticlockwise from east."""
@@ -160,3 +160,16 @@ class Episode:
             "steps": self.steps,
             "discounted_return": self.discounted_return,
         }
+
+
+class SearchInterrupted(KeyboardInterrupt):
+    """Ctrl-C ended a search.
+
+    Attributes
+    ----------
+    episode : what was done until then.
+    """
+
+    def __init__(self, episode: Episode) -> None:
+        self.episode = episode
+        super().__init__(f"The search was interrupted after {episode.steps} steps")

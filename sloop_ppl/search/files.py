@@ -119,6 +119,7 @@ def _episode(document: Mapping[str, Any]) -> Episode:
             MappingProxyType({k: np.array(v, dtype=np.float64) for k, v in tables.items()})
             for tables in document["beliefs"]
         ),
+        imagined=tuple(str(name) for name in document.get("imagined", ())),
     )
 
 

@@ -18,7 +18,7 @@ from sloop_ppl.search._pomdp import Agent
 from sloop_ppl.search.belief import GridBelief, observation_likelihoods
 from sloop_ppl.search.config import SearchConfig
 from sloop_ppl.search.detection import Detector
-from sloop_ppl.search.episode import Episode, PlanInfo, Pose, Step
+from sloop_ppl.search.episode import Episode, PlanInfo, Pose, SearchInterrupted, Step
 from sloop_ppl.search.explain import expected_sightings
 from sloop_ppl.search.models import (
     SearchObservationModel,
@@ -50,6 +50,7 @@ def run_search(
     on_step: Callable[[Step], None] | None = None,
     on_observation: Callable[[Tables], Tables | None] | None = None,
     keep_beliefs: bool = False,
+    on_stop: Callable[[Episode], None] | None = None,
 ) -> Episode:
     """Search a map for targets that stand still.
 
@@ -70,6 +71,8 @@ def run_search(
         (H, W) of what the step showed of each target's cell (those of which it told nothing are
         left out). What it returns, if not None, replaces the beliefs of the targets in it.
     keep_beliefs : keep the beliefs at every pose in the `Episode`.
+    on_stop : called with the episode so far when the search is interrupted (Ctrl-C), before the
+        `KeyboardInterrupt` goes on its way.
 
     Returns
     -------
@@ -82,6 +85,7 @@ def run_search(
     InputError : when places or beliefs do not fit each other or the map, or are malformed.
     UnknownName : when there is no such planner.
     BeliefCollapse : when something was observed that the beliefs held impossible.
+    SearchInterrupted : on Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
     """
     check_planner(planner)
     ids = tuple(beliefs)
@@ -106,25 +110,33 @@ def run_search(
 
     record = _Record(city.grid, space, keep_beliefs)
     record.begin(agent.belief)
-    while not state.robot.ended and len(record.actions) < config.max_steps:
-        action, info = chooser.plan(agent)
-        info = replace(info, expected=expected_sightings(agent.belief))
-        after = transition.sample(state, action)
-        observation = sensor.sample(after, action)
-        reward = reward_model.sample(state, action, after)
-        _learn(agent, chooser, action, observation, after, on_observation)
-        state = after
-        step = record.add(action, observation, reward, agent.belief, info)
-        if on_step is not None:
-            on_step(step)
-    return Episode(
-        map_name=city.name,
-        planner=planner,
-        config=config,
-        places=MappingProxyType({t: (float(places[t][0]), float(places[t][1])) for t in ids}),
-        found_targets=record.found_targets(state.robot.found),
-        **record.columns(),
-    )
+
+    def so_far() -> Episode:
+        return Episode(
+            map_name=city.name,
+            planner=planner,
+            config=config,
+            places=MappingProxyType({t: (float(places[t][0]), float(places[t][1])) for t in ids}),
+            **record.columns(),
+        )
+
+    try:
+        while not state.robot.ended and len(record.actions) < config.max_steps:
+            action, info = chooser.plan(agent)
+            info = replace(info, expected=expected_sightings(agent.belief))
+            after = transition.sample(state, action)
+            observation = sensor.sample(after, action)
+            reward = reward_model.sample(state, action, after)
+            _learn(agent, chooser, action, observation, after, on_observation)
+            state = after
+            step = record.add(action, observation, reward, agent.belief, info)
+            if on_step is not None:
+                on_step(step)
+    except KeyboardInterrupt:
+        if on_stop is not None:
+            on_stop(so_far())
+        raise
+    return so_far()
 
 
 def _learn(
@@ -172,6 +184,7 @@ class _Record:
         self._views: list[NDArray[np.bool_]] = []
         self._infos: list[PlanInfo] = []
         self._beliefs: list[Tables] = []
+        self._found = 0
 
     def begin(self, belief: GridBelief) -> None:
         """Record where the search begins."""
@@ -194,6 +207,7 @@ class _Record:
         self.actions.append(action.name)
         self._rewards.append(float(reward))
         self._infos.append(info)
+        self._found = belief.robot.found
         seen = zip(self._space.target_ids, observation.seen, strict=True)
         self._observations.append(
             MappingProxyType(
@@ -211,26 +225,28 @@ class _Record:
             pose=self._poses[-1],
             observation=self._observations[-1],
             reward=float(reward),
-            found_targets=self.found_targets(belief.robot.found),
+            found_targets=self.found_targets(),
             view=self._views[-1],
             beliefs=MappingProxyType(belief.tables),
             info=info,
         )
 
-    def found_targets(self, found: int) -> tuple[str, ...]:
-        """Return the ids of a bit mask."""
-        return tuple(t for i, t in enumerate(self._space.target_ids) if found >> i & 1)
+    def found_targets(self) -> tuple[str, ...]:
+        """Return the ids of the targets found so far."""
+        return tuple(t for i, t in enumerate(self._space.target_ids) if self._found >> i & 1)
 
     def columns(self) -> dict[str, Any]:
-        """Return the fields of an `Episode` that were collected."""
+        """Return the fields of an `Episode` that were collected, up to the last whole step."""
+        n = len(self._observations)
         return {
-            "poses": tuple(self._poses),
-            "actions": tuple(self.actions),
+            "poses": tuple(self._poses[: n + 1]),
+            "actions": tuple(self.actions[:n]),
             "observations": tuple(self._observations),
-            "rewards": tuple(self._rewards),
-            "views": np.array(self._views),
-            "info": tuple(self._infos),
-            "beliefs": tuple(self._beliefs),
+            "rewards": tuple(self._rewards[:n]),
+            "found_targets": self.found_targets(self._found[n - 1] if n else 0),
+            "views": np.array(self._views[: n + 1]),
+            "info": tuple(self._infos[:n]),
+            "beliefs": tuple(self._beliefs[: n + 1]),
         }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.search.config import SearchConfig
 from sloop_ppl.search.sensing import HEADINGS, cells_between, fan_offsets
 from sloop_ppl.search.values import RobotState, SearchAction
@@ -96,6 +96,18 @@ class SearchSpace:
     def finds(self) -> tuple[SearchAction, ...]:
         """The find actions."""
         return self.actions[3:]
+
+    def find(self, target_id: str) -> SearchAction:
+        """Return the action that finds a target.
+
+        Raises
+        ------
+        UnknownName : when no such target is searched for.
+        """
+        if target_id not in self.target_ids:
+            raise UnknownName("target of a find", target_id, self.target_ids)
+        place = self.target_ids.index(target_id)
+        return self.finds[place if self.config.find_each else 0]
 
     def encode(self, row: int, col: int, heading: int) -> int:
         """Return the number of a pose."""

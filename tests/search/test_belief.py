@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
-from support.small_searches import space_of
+from support.small_searches import agent_of, space_of
 
 from sloop_ppl.errors import BeliefCollapse, InputError
 from sloop_ppl.search import (
@@ -122,3 +124,15 @@ def test_tables_that_are_no_beliefs_are_refused(table, message):
     with pytest.raises(InputError) as error:
         GridBelief(space, {"A": table}, space.robot(0), rng=np.random.default_rng(0))
     assert str(error.value) == message
+
+
+def test_an_agent_with_its_belief_and_models_can_be_pickled():
+    space = space_of()
+    agent = agent_of(space, {"A": np.ones(space.shape)}, 0)
+    agent.belief.random()
+    again = pickle.loads(pickle.dumps(agent))
+    assert again.belief.random() == agent.belief.random()
+    assert again.belief.robot == agent.belief.robot
+    state = again.belief.mpe()
+    action = again.valid_actions(state=state)[0]
+    assert again.transition_model.sample(state, action).robot == agent.belief.robot.moved(0)

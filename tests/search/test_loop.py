@@ -11,7 +11,7 @@ import pytest
 from support.small_searches import city_of
 
 from sloop_ppl.errors import BeliefCollapse, InputError, OutsideMap, UnknownName
-from sloop_ppl.search import PLANNERS, SearchConfig, list_planners, run_search
+from sloop_ppl.search import PLANNERS, SearchConfig, SearchInterrupted, list_planners, run_search
 
 CITY = city_of(9, 11)
 UNIFORM = {"A": np.ones((9, 11))}
@@ -116,6 +116,19 @@ def test_beliefs_can_be_replaced_after_each_observation():
     assert np.isneginf(told[0]["A"][view]).all()
     assert (told[0]["A"][~view] == 0).all()
     assert steps[0].beliefs["A"][8, 10] > 0.99
+
+
+def test_ctrl_c_hands_over_what_was_done():
+    def interrupt(step):
+        if step.index == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        search(planner="greedy", start=(3.0, 3.0), on_step=interrupt)
+    assert isinstance(stopped.value, SearchInterrupted)
+    episode = stopped.value.episode
+    assert episode.steps == len(episode.rewards) == len(episode.poses) - 1 == 3
+    assert str(stopped.value) == "The search was interrupted after 3 steps"
 
 
 def test_beliefs_at_every_pose_are_kept_on_request():

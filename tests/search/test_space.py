@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.small_searches import space_of
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.search import SearchConfig
 from sloop_ppl.search.pose_tables import next_poses, reach_from, visible_mass
 
@@ -95,6 +95,16 @@ def test_a_sensor_that_sees_further_than_the_map_is_refused():
         space_of(sensor_range_cells=10.0)
     assert str(error.value) == (
         "sensor_range_cells is 10, more than the map, which is 7 x 9 cells; expected at most 9"
+    )
+
+
+def test_a_find_is_looked_up_by_its_target():
+    assert space_of(ids=("A", "B"), find_each=True).find("B").name == "find(B)"
+    assert space_of(ids=("A", "B")).find("B").name == "find"
+    with pytest.raises(UnknownName) as error:
+        space_of(ids=("Car", "Bike")).find("Bikes")
+    assert str(error.value) == (
+        "Target of a find 'Bikes' is unknown; expected one of Car, Bike; did you mean 'Bike'?"
     )
 
 
