@@ -1,4 +1,4 @@
-"""`sloop parse --html` and `sloop eval parse`."""
+"""`sloop parse --html`, `sloop eval parse` and `sloop eval quality`."""
 
 from __future__ import annotations
 
@@ -45,11 +45,36 @@ def test_eval_parse_prints_the_agreed_keys(capsys, tmp_path):
     assert "1 descriptions: tuple F1" in out
 
 
+def test_eval_quality_prints_the_agreed_keys(capsys, tmp_path):
+    place = {"GreenToyota": {"east_m": 2.5, "north_m": 2.5}}
+    relation = {"figure": "GreenToyota", "relation": "near", "ground": "Ivy"}
+    text = "The green Toyota is near Ivy"
+    line = {"id": "a", "map": "cleveland", "text": text, "targets": place, "relations": [relation]}
+    file = tmp_path / "said.jsonl"
+    file.write_text(json.dumps(line))
+    told = {}
+    for mode in ("gold", "parsed"):
+        words = ("eval", "quality", file, "--models", "bayes,uniform", f"--{mode}", "--json")
+        out, err = run(capsys, 0, *words)
+        told[mode] = json.loads(out)
+        assert told[mode]["relations"] == mode
+        assert list(told[mode]["models"]["bayes"]) == [
+            "n", "mean_log_score", "ci95", "median_rank", "expected_distance_m", "mass_15m",
+            "hpd90_coverage",
+        ]  # fmt: skip
+        assert list(told[mode]["paired"]) == ["bayes-uniform"]
+        assert err.splitlines() == ["bayes: 1 targets scored", "uniform: 1 targets scored"]
+    assert told["gold"]["models"] == told["parsed"]["models"]
+    out, _ = run(capsys, 0, "eval", "quality", file, "--models", "bayes,uniform")
+    assert "bayes-uniform" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("parse", "x", "--map", "cleveland", "--html", "a.png"), "Output 'a.png' ends in '.png'"),
         (("parse", "x", "--map", "cleveland", "--nlp", "nope"), "The spaCy pipeline 'nope' cannot"),
+        (("eval", "quality", "x.jsonl", "--models", "bays"), "Model 'bays' is unknown"),
         (("eval", "parse"), "Missing argument 'files'"),
         (("eval", "parse", "nowhere.jsonl"), "Description file 'nowhere.jsonl' cannot be read"),
     ],

@@ -1,0 +1,75 @@
+"""What a belief is worth, told where the target truly is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.eval.descriptions import Place
+from sloop_ppl.inference import expected_distance_m
+from sloop_ppl.maps import Grid
+
+__all__ = ["LEAST_PROBABILITY", "BeliefScore", "score_belief"]
+
+LEAST_PROBABILITY = 1e-300
+"""The belief at the true cell counts as no less."""
+
+NEAR_M = 15.0
+_HPD = 0.9
+_SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class BeliefScore:
+    """How good one belief about one target is.
+
+    Parameters
+    ----------
+    log_score : natural log of the belief at the true cell, floored at 1e-300.
+    rank : how many cells have a higher belief than the true one, half of the ties counted.
+    expected_distance_m : mean distance under the belief from the true place, metres.
+    mass_15m : belief in the cells whose centres are within 15 m of the true place.
+    in_hpd90 : share, in [0, 1], of the ways to order tied cells in which the smallest set of
+        cells that holds 90 % of the belief has the true cell in it; 0 or 1 without ties.
+    """
+
+    log_score: float
+    rank: float
+    expected_distance_m: float
+    mass_15m: float
+    in_hpd90: float
+
+
+def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> BeliefScore:
+    """Score a belief against the truth.
+
+    Parameters
+    ----------
+    belief : probability of each cell, shape (H, W), summing to one.
+    grid : the cells.
+    truth : where the target is.
+
+    Notes
+    -----
+    Beliefs that differ by less than one part in 1e12 are tied: rounding makes no rank.
+    """
+    at_truth = float(belief[truth.cell])
+    slack = at_truth * _SAME
+    higher = belief > at_truth + slack
+    tied = ~higher & (belief >= at_truth - slack)
+    apart = np.hypot(grid.x_m[None, :] - truth.x_m, grid.y_m[:, None] - truth.y_m)
+    return BeliefScore(
+        log_score=float(np.log(max(at_truth, LEAST_PROBABILITY))),
+        rank=float(higher.sum() + (tied.sum() - 1) / 2),
+        expected_distance_m=expected_distance_m(belief, grid, (truth.x_m, truth.y_m)),
+        mass_15m=float(belief[apart <= NEAR_M + 1e-6].sum()),
+        in_hpd90=_share_inside(belief, int(higher.sum()), int(tied.sum())),
+    )
+
+
+def _share_inside(belief: NDArray[np.float64], higher: int, tied: int) -> float:
+    held = np.cumsum(np.sort(belief, axis=None)[::-1])
+    needed = int(np.searchsorted(held, _HPD - 1e-12)) + 1
+    return min(1.0, max(0.0, (needed - higher) / tied))

@@ -1,0 +1,250 @@
+"""Score the beliefs of models on descriptions whose targets' places are known."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import BeliefCollapse, InputError
+from sloop_ppl.eval.belief_scores import BeliefScore, score_belief
+from sloop_ppl.eval.bootstrap import clustered_interval
+from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.inference import infer_description
+from sloop_ppl.language import Description, parse
+from sloop_ppl.maps import CityMap, load_map
+from sloop_ppl.models import Preset
+from sloop_ppl.rng import child
+
+__all__ = [
+    "BeliefQuality",
+    "ModelQuality",
+    "PairedDifference",
+    "ScoredTarget",
+    "beliefs_of",
+    "read_scene",
+    "score_beliefs",
+]
+
+Relations = Literal["gold", "parsed"]
+
+
+@dataclass(frozen=True)
+class ScoredTarget:
+    """The score of one model's belief about one target of one description.
+
+    Parameters
+    ----------
+    scene : id of the description.
+    configuration : the placement of objects it describes.
+    target : id of the target.
+    score : how good the belief is.
+    """
+
+    scene: str
+    configuration: str
+    target: str
+    score: BeliefScore
+
+
+@dataclass(frozen=True)
+class ModelQuality:
+    """How good one model's beliefs are over all targets.
+
+    Parameters
+    ----------
+    n : number of targets.
+    mean_log_score : mean natural log of the belief at the true cell.
+    ci95 : interval of that mean, from a bootstrap over configurations.
+    median_rank, expected_distance_m, mass_15m, hpd90_coverage : see
+        :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
+    scores : one per target, in the order of the descriptions.
+    """
+
+    n: int
+    mean_log_score: float
+    ci95: tuple[float, float]
+    median_rank: float
+    expected_distance_m: float
+    mass_15m: float
+    hpd90_coverage: float
+    scores: tuple[ScoredTarget, ...] = ()
+
+
+@dataclass(frozen=True)
+class PairedDifference:
+    """By how much one model's log score beats another's on the same targets, on average."""
+
+    mean: float
+    ci95: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class BeliefQuality:
+    """The scores of several models, and what lies between them.
+
+    Parameters
+    ----------
+    relations : ``"gold"`` when the models were given the gold relations, ``"parsed"`` when they
+        had to make do with what the parser read.
+    models : model name -> its quality.
+    paired : ``"a-b"`` -> the difference a less b, for each two models in the order they came.
+    """
+
+    relations: Relations
+    models: Mapping[str, ModelQuality]
+    paired: Mapping[str, PairedDifference]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the value that ``sloop eval quality --json`` prints."""
+        return {
+            "relations": self.relations,
+            "models": {
+                name: {
+                    "n": quality.n,
+                    "mean_log_score": quality.mean_log_score,
+                    "ci95": list(quality.ci95),
+                    "median_rank": quality.median_rank,
+                    "expected_distance_m": quality.expected_distance_m,
+                    "mass_15m": quality.mass_15m,
+                    "hpd90_coverage": quality.hpd90_coverage,
+                }
+                for name, quality in self.models.items()
+            },
+            "paired": {
+                pair: {"mean": difference.mean, "ci95": list(difference.ci95)}
+                for pair, difference in self.paired.items()
+            },
+        }
+
+
+def score_beliefs(
+    scenes: Sequence[DescribedScene],
+    models: Mapping[str, Preset],
+    find_map: Callable[[str], CityMap] = load_map,
+    *,
+    relations: Relations = "gold",
+    rng: np.random.Generator,
+    progress: Callable[[str], None] | None = None,
+) -> BeliefQuality:
+    """Infer where the targets of every description are under each model, and score it.
+
+    Parameters
+    ----------
+    scenes : the descriptions; a line that tells no place of a target is passed over.
+    models : name -> model.
+    find_map : gives the map of a description by name.
+    relations : ``"gold"``, or ``"parsed"`` for what the rules read in the text.
+    rng : draws the bootstrap.
+    progress : told a line per model, and of every collapse.
+
+    Returns
+    -------
+    BeliefQuality
+        A target of which nothing was read, or whose belief collapses, has the uniform belief.
+
+    Raises
+    ------
+    InputError : when no description tells a place, or no model is given.
+    """
+    told = [scene for scene in scenes if scene.targets]
+    if not told:
+        raise InputError(
+            "No description says where its targets are; expected 'targets' with their places"
+        )
+    if not models:
+        raise InputError("There is no model to score; expected at least one")
+    read = [(scene, *read_scene(scene, find_map(scene.map), relations)) for scene in told]
+    qualities = {}
+    for name, model in models.items():
+        scores = [
+            ScoredTarget(
+                scene.id, scene.configuration, target, score_belief(belief, city.grid, place)
+            )
+            for scene, city, said in read
+            for (target, place), belief in zip(
+                scene.targets.items(),
+                beliefs_of(scene, said, city, model, progress).values(),
+                strict=True,
+            )
+        ]
+        qualities[name] = summarise(scores, rng=rng)
+        if progress:
+            progress(f"{name}: {len(scores)} targets scored")
+    return BeliefQuality(relations, qualities, paired_differences(qualities, rng=rng))
+
+
+def read_scene(
+    scene: DescribedScene, city: CityMap, relations: Relations
+) -> tuple[CityMap, Description]:
+    """Return the map and what a model is told: the gold relations, or what the rules read."""
+    if relations == "parsed":
+        return city, parse(scene.text, city, scene.objects)
+    return city, Description(scene.text, city.name, scene.objects, scene.relations)
+
+
+def beliefs_of(
+    scene: DescribedScene,
+    said: Description,
+    city: CityMap,
+    model: Preset,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, NDArray[np.float64]]:
+    """Return target -> belief of each target of a scene, in its order, shape (H, W)."""
+    uniform = np.full(city.grid.shape, 1 / city.grid.size)
+    beliefs = dict.fromkeys(scene.targets, uniform)
+    places = {target: (place.x_m, place.y_m) for target, place in scene.targets.items()}
+    if model.needs_truth:  # it is told the place, whatever was read
+        said = Description(said.text, city.name, scene.objects, said.relations)
+    elif not said.relations:
+        return beliefs
+    try:
+        posterior, _ = infer_description(said, city, model, truth=places)
+    except BeliefCollapse as error:
+        if progress:
+            progress(f"{scene.id}: {error}; scored as uniform")
+        return beliefs
+    return {t: posterior.belief(t) if t in posterior.targets else uniform for t in scene.targets}
+
+
+def summarise(scores: Sequence[ScoredTarget], *, rng: np.random.Generator) -> ModelQuality:
+    """Return the means over targets, and the interval of the log score's."""
+    each = [scored.score for scored in scores]
+    log_scores = np.array([score.log_score for score in each])
+    return ModelQuality(
+        n=len(each),
+        mean_log_score=float(log_scores.mean()),
+        ci95=_interval(log_scores, scores, rng),
+        median_rank=float(np.median([score.rank for score in each])),
+        expected_distance_m=float(np.mean([score.expected_distance_m for score in each])),
+        mass_15m=float(np.mean([score.mass_15m for score in each])),
+        hpd90_coverage=float(np.mean([score.in_hpd90 for score in each])),
+        scores=tuple(scores),
+    )
+
+
+def paired_differences(
+    qualities: Mapping[str, ModelQuality], *, rng: np.random.Generator
+) -> dict[str, PairedDifference]:
+    """Return ``"a-b"`` -> mean log score of a less that of b on the same targets."""
+    paired = {}
+    for (one, a), (other, b) in itertools.combinations(qualities.items(), 2):
+        differences = np.array(
+            [x.score.log_score - y.score.log_score for x, y in zip(a.scores, b.scores, strict=True)]
+        )
+        paired[f"{one}-{other}"] = PairedDifference(
+            float(differences.mean()), _interval(differences, a.scores, rng)
+        )
+    return paired
+
+
+def _interval(
+    values: NDArray[np.float64], scores: Sequence[ScoredTarget], rng: np.random.Generator
+) -> tuple[float, float]:
+    """Return the bootstrap interval; every one draws the same configurations."""
+    clusters = [scored.configuration for scored in scores]
+    return clustered_interval(values, clusters, rng=child(rng, "bootstrap"))

@@ -1,0 +1,131 @@
+"""Score models' beliefs on description files, and word the scores."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sloop_ppl.bridge.requests import model_of
+from sloop_ppl.errors import InputError
+from sloop_ppl.eval.descriptions import read_descriptions
+from sloop_ppl.eval.inventory import map_finder
+from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
+from sloop_ppl.models import PRESETS, Preset
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+__all__ = ["PAPER_METHODS", "models_named", "quality_lines", "score_quality"]
+
+PAPER_METHODS = ("uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4")
+"""The paper's methods, which a file of parameters leaves alone unless it names them."""
+
+
+def score_quality(
+    files: Sequence[str | Path],
+    *,
+    maps: str | Path | None = None,
+    gold: bool = True,
+    models: str | None = None,
+    params: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> BeliefQuality:
+    """Score models' beliefs on some files.
+
+    Parameters
+    ----------
+    files : description files.
+    maps : folder of map files; None for the bundled maps.
+    gold : True for the gold relations, False for what the parser reads.
+    models : names, separated by commas; all registered ones when None.
+    params : file of parameters; see `models_named`.
+    progress : told how it goes, a line at a time.
+
+    Raises
+    ------
+    SloopError : when a file, a name or a parameter cannot be used; before the work.
+    """
+    chosen = models_named(models, params)
+    find = map_finder(maps)
+    return score_beliefs(
+        read_descriptions(files, find),
+        chosen,
+        find,
+        relations="gold" if gold else "parsed",
+        rng=np.random.default_rng(0),
+        progress=progress,
+    )
+
+
+def models_named(names: str | None, params: str | Path | None = None) -> dict[str, Preset]:
+    """Return name -> model for names separated by commas, all registered ones for None.
+
+    Parameters
+    ----------
+    names : registered names, or ``FILE.py:NAME``.
+    params : file of parameters. They are those of the model it names in a member ``model``, else
+        of every model given that is none of the paper's methods.
+
+    Raises
+    ------
+    InputError : for an empty or repeated name, or parameters that are of none of the models.
+    UnknownName : for a name or a parameter that there is none of.
+    """
+    asked = list(PRESETS) if names is None else [name.strip() for name in names.split(",")]
+    if "" in asked or len(set(asked)) < len(asked):
+        raise InputError(f"Models '{names}' hold an empty or repeated name; give each once")
+    if params is None:
+        return {name: model_of(name) for name in asked}
+    meant = _model_meant(params)
+    tuned = [meant] if meant else [name for name in asked if name not in PAPER_METHODS]
+    if not set(tuned) & set(asked):
+        raise InputError(
+            f"Parameters '{params}' are of none of the models {', '.join(asked)}"
+            + (f" but of '{meant}'" if meant else "; the paper's methods keep their own")
+        )
+    return {name: model_of(name, params=Path(params) if name in tuned else None) for name in asked}
+
+
+def quality_lines(quality: BeliefQuality) -> list[RenderableType]:
+    """Return a table of the models and one of the differences, for printing."""
+    from rich.table import Table
+
+    head = ("model", "n", "log score", "95 %", "rank", "distance m", "mass 15 m", "in 90 %")
+    scores = Table(box=None, pad_edge=False, header_style="bold")
+    for name in head:
+        scores.add_column(name, justify="left" if name == "model" else "right")
+    for name, one in quality.models.items():
+        scores.add_row(
+            name,
+            str(one.n),
+            f"{one.mean_log_score:.3f}",
+            "{:.2f} to {:.2f}".format(*one.ci95),
+            f"{one.median_rank:g}",
+            f"{one.expected_distance_m:.1f}",
+            f"{one.mass_15m:.3f}",
+            f"{one.hpd90_coverage:.3f}",
+        )
+    paired = Table(box=None, pad_edge=False, header_style="bold")
+    for name in ("difference", "log score", "95 %"):
+        paired.add_column(name, justify="left" if name == "difference" else "right")
+    for pair, difference in quality.paired.items():
+        paired.add_row(
+            pair, f"{difference.mean:+.3f}", "{:+.2f} to {:+.2f}".format(*difference.ci95)
+        )
+    return [scores, paired] if quality.paired else [scores]
+
+
+def _model_meant(params: str | Path) -> str | None:
+    """Return the model that a file of learnt parameters says it is of, if it says one."""
+    if Path(params).suffix != ".json":
+        return None
+    try:
+        told = json.loads(Path(params).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None  # what is wrong is said by whoever reads the parameters
+    meant = told.get("model") if isinstance(told, dict) and "parameters" in told else None
+    return meant if isinstance(meant, str) else None
