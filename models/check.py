@@ -217,11 +217,9 @@ def _check_gradients(likelihood: RelationLikelihood) -> None:
 
 def _check_turning(likelihood: RelationLikelihood) -> None:
     """Turn by 90 degrees anticlockwise, and mirror east with west."""
-    turned = _city(move=lambda x, y: (-y, x))
-    mirrored = _city(move=lambda x, y: (-x, y))
-    moves = (
-        ("turning", turned, lambda a: a + math.pi / 2, lambda t: torch.rot90(t, -1, (-2, -1))),
-        ("mirroring", mirrored, lambda a: math.pi - a, lambda t: torch.flip(t, (-1,))),
+    moves: tuple[tuple[str, CityMap, Callable[[float], float], Callable[[Tensor], Tensor]], ...] = (
+        ("turning", _city(move=lambda x, y: (-y, x)), lambda a: a + math.pi / 2, _quarter_turn),
+        ("mirroring", _city(move=lambda x, y: (-x, y)), lambda a: math.pi - a, _east_for_west),
     )
     for what, city, turn, move in moves:
         for case, moved in zip(_cases(_city()), _cases(city, turn), strict=True):
@@ -299,6 +297,16 @@ def _by_quadrature(
             shape = torch.softmax(part.kappa * torch.cos(fronts - part.mean_rad), 0)
             mass = mass + part.weight * shape
     return points + mass @ g, float(mass.max())
+
+
+def _quarter_turn(table: Tensor) -> Tensor:
+    turned: Tensor = torch.rot90(table, -1, [-2, -1])
+    return turned
+
+
+def _east_for_west(table: Tensor) -> Tensor:
+    mirrored: Tensor = torch.flip(table, [-1])
+    return mirrored
 
 
 def _square(table: Tensor) -> Tensor:

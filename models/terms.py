@@ -255,11 +255,14 @@ def ground_relations(
 
 def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[str, ...]]:
     """Return which grounds make up each term; the map never joins others."""
+    terms: list[tuple[str, ...]] = [(ground,) for ground in grounds]
     if not joint:
-        return [(ground,) for ground in grounds]
+        return terms
     placed = tuple(dict.fromkeys(ground for ground in grounds if not is_map(city, ground)))
-    whole = [(MAP,)] if any(is_map(city, ground) for ground in grounds) else []
-    return [placed, *whole] if placed else whole
+    whole = (MAP,)
+    if not placed:
+        return [whole]
+    return [placed, whole] if any(is_map(city, ground) for ground in grounds) else [placed]
 
 
 def _ground_id(ground: str, city: CityMap) -> str:

@@ -77,7 +77,8 @@ class BoxLikelihood:
             directed = term.needs_frame or term.compass_rad is not None
             contact = term.relation_class == "contact"
             reach = self.directed_m if directed else self.contact_m if contact else self.near_m
-        return term.off_m <= reach
+        within: Tensor = term.off_m <= reach
+        return within
 
     def _log(self, share: Tensor) -> Tensor:
         return (self.floor + (1 - self.floor) * share).log().clamp_max(0.0)

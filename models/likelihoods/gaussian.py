@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor
@@ -83,9 +83,10 @@ class GaussianLikelihood:
 
     def _log_radial(self, term: RelationTerm) -> Tensor:
         width = said_width_m(term, self.at_m) or self._width_m(term)
-        return -(term.off_m**2) / (2 * width**2)
+        log_fall: Tensor = -(term.off_m**2) / (2 * width**2)
+        return log_fall
 
-    def _width_m(self, term: RelationTerm) -> float:
+    def _width_m(self, term: RelationTerm) -> Any:
         if term.relation_class == "contact":
             return self.at_m
         if term.needs_frame or term.compass_rad is not None:
