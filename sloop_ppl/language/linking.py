@@ -16,7 +16,7 @@ _ACCEPT = 0.5
 _ACCEPT_RARE = 0.2
 _ACCEPT_HEADED = 0.3
 _ALONE = 0.8
-_SOFT_MARKS = frozenset("-.'’&/")
+_SOFT_MARKS = frozenset("-.'’")
 
 
 @dataclass(frozen=True, slots=True)

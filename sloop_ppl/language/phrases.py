@@ -65,7 +65,11 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
             at += 1
     elif reader.kind(at) == "cue" and reader.kind(reader.past(at + 1, "skip")) == "distance":
         inner = read_relation(reader, reader.past(at + 1, "skip"))
-        if inner is not None and reader.items[at].value.relation in ("within", "at", "in", "near"):
+        near = reader.items[at].value.relation in ("within", "at", "in", "near")
+        if near and (inner is None or not inner[0].grounds):  # "behind it by ten metres"
+            item = reader.items[at]
+            return RelationPhrase((), (), (item.first, item.last), item.last), at + 2
+        if inner is not None and near:
             return replace(inner[0], cue=(reader.items[at].first, inner[0].cue[1])), inner[1]
     found = _head(reader, at, distance is not None)
     if found is None:
@@ -81,7 +85,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     """Read the part after a distance."""
     kind = reader.kind(at)
     first = reader.items[at].first if kind != "end" else 0
-    if kind == "from" and measured:
+    if kind in ("from", "of") and measured:
         return _simple(reader, at, at + 1, "near")
     if kind in ("to", "from"):
         onward = _past_leads(reader, at + 1)

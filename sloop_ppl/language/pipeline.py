@@ -46,7 +46,7 @@ COMPONENTS: Final = ("sloop_landmarks", "sloop_targets", "sloop_cues", "sloop_at
 STATE = "sloop_reading"
 CONTEXT = "sloop_context"
 
-_LONG_TEXT = 5_000
+_LONG_TEXT = 50_000
 
 Component = Callable[[Doc], Doc]
 
