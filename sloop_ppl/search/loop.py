@@ -50,7 +50,6 @@ def run_search(
     on_step: Callable[[Step], None] | None = None,
     on_observation: Callable[[Tables], Tables | None] | None = None,
     keep_beliefs: bool = False,
-    on_stop: Callable[[Episode], None] | None = None,
 ) -> Episode:
     """Search a map for targets that stand still.
 
@@ -71,8 +70,6 @@ def run_search(
         (H, W) of what the step showed of each target's cell (those of which it told nothing are
         left out). What it returns, if not None, replaces the beliefs of the targets in it.
     keep_beliefs : keep the beliefs at every pose in the `Episode`.
-    on_stop : called with the episode so far when the search is interrupted (Ctrl-C), before the
-        `KeyboardInterrupt` goes on its way.
 
     Returns
     -------
@@ -133,9 +130,7 @@ def run_search(
             if on_step is not None:
                 on_step(step)
     except KeyboardInterrupt:
-        if on_stop is not None:
-            on_stop(so_far())
-        raise
+        raise SearchInterrupted(so_far()) from None
     return so_far()
 
 
@@ -243,7 +238,7 @@ class _Record:
             "actions": tuple(self.actions[:n]),
             "observations": tuple(self._observations),
             "rewards": tuple(self._rewards[:n]),
-            "found_targets": self.found_targets(self._found[n - 1] if n else 0),
+            "found_targets": self.found_targets(),
             "views": np.array(self._views[: n + 1]),
             "info": tuple(self._infos[:n]),
             "beliefs": tuple(self._beliefs[: n + 1]),
