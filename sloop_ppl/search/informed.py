@@ -12,18 +12,12 @@ from numpy.typing import NDArray
 from sloop_ppl.search._pomdp import Agent
 from sloop_ppl.search.belief import GridBelief
 from sloop_ppl.search.episode import PlanInfo
+from sloop_ppl.search.goals import flood, look_around, pick_goals
 from sloop_ppl.search.greedy import find_worth
+from sloop_ppl.search.ground import Ground, Worth
 from sloop_ppl.search.hindsight import hindsight_bounds
-from sloop_ppl.search.native_search import search_data
-from sloop_ppl.search.paths import (
-    Ground,
-    PathTree,
-    Worth,
-    explore,
-    flood,
-    look_around,
-    pick_goals,
-)
+from sloop_ppl.search.native_data import search_data
+from sloop_ppl.search.paths import PathTree, explore
 from sloop_ppl.search.pose_tables import next_poses
 from sloop_ppl.search.sensing import HEADINGS
 from sloop_ppl.search.space import SearchSpace

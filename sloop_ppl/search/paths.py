@@ -6,7 +6,7 @@ move at step t costs while something is left to be found, and what comes into vi
 step later. `explore` grows a tree of such paths; a leaf is worth what a belief-greedy walk earns
 from there, and a node as much as the best that was found below it.
 
-Legend: P poses; V nodes; G goals; K cells of the largest fan; R range of the sensor, rounded down.
+Legend: P poses; V nodes; G goals.
 """
 
 from __future__ import annotations
@@ -18,67 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.search.compile import inlined, jit
+from sloop_ppl.search.ground import Ground, Worth, mass_in_view
 
-__all__ = ["Ground", "PathTree", "Worth", "explore", "flood", "look_around", "pick_goals"]
-
-
-class Ground(NamedTuple):
-    """Where moves lead and what is seen; the map has a border of R cells so that views fit.
-
-    Attributes
-    ----------
-    nexts : pose after each move, shape (3, P).
-    before : pose from which a step forward leads here, or -1, shape (P,).
-    home : index of each pose's cell in the bordered map, shape (P,).
-    fans : offsets of the fan's cells in the bordered map by heading, shape (8, K).
-    sizes : how many they are, shape (8,).
-    hidden : True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
-    collides : True where a step forward hits a no-fly building, shape (P,) or (0,).
-    width : columns of the bordered map.
-    turn : eighths of a turn that a turn goes.
-    """
-
-    nexts: NDArray[np.int32]
-    before: NDArray[np.int32]
-    home: NDArray[np.int32]
-    fans: NDArray[np.int32]
-    sizes: NDArray[np.int32]
-    hidden: NDArray[np.bool_]
-    collides: NDArray[np.bool_]
-    width: int
-    turn: int
-
-
-class Worth(NamedTuple):
-    """What counts: belief, rewards and horizon.
-
-    Attributes
-    ----------
-    mass : expected number of targets by cell of the bordered map.
-    hit : probability of detecting what is in view.
-    move, collision, right : rewards.
-    powers : the discount factor to the power 0, 1, ..., at least as many as steps of any path.
-    horizon : steps to which a walk is followed.
-    depth : steps to which the tree grows.
-    exploration : weight of the exploration bonus.
-    cells : row, column and index in the bordered map of the cells that hold the mass, shape (C, 3).
-    bound : worth of one target at an offset, for who knows where it is, by heading, shape
-        (8, 2 H - 1, 2 W - 1).
-    hindsight : share of what one who knew the target's place would earn in the worth of a leaf.
-    """
-
-    mass: NDArray[np.float64]
-    hit: float
-    move: float
-    collision: float
-    right: float
-    powers: NDArray[np.float64]
-    horizon: int
-    depth: int
-    exploration: float
-    cells: NDArray[np.int32]
-    bound: NDArray[np.float32]
-    hindsight: float
+__all__ = ["PathTree", "explore"]
 
 
 class PathTree(NamedTuple):
@@ -107,18 +49,6 @@ class PathTree(NamedTuple):
     factor: NDArray[np.float64]
     log: NDArray[np.int32]
     old: NDArray[np.float64]
-
-
-@inlined
-def _in_view(ground: Ground, worth: Worth, factor: NDArray[np.float64], pose: int) -> float:
-    """Return the mass in view from a pose."""
-    total, home, heading = 0.0, ground.home[pose], pose & 7
-    for k in range(ground.sizes[heading]):
-        if len(ground.hidden) > 0 and ground.hidden[pose, k]:
-            continue
-        cell = home + ground.fans[heading, k]
-        total += worth.mass[cell] * factor[cell]
-    return total
 
 
 @inlined
@@ -175,7 +105,7 @@ def _walk(
             far = fields[g, pose]
             if far <= 0:
                 continue
-            score = worth.powers[far] * _in_view(ground, worth, tree.factor, goals[g])
+            score = worth.powers[far] * mass_in_view(ground, worth, tree.factor, goals[g])
             if score > best:
                 goal, best = g, score
         if goal < 0:
@@ -186,7 +116,7 @@ def _walk(
             for m in range(3):
                 after = ground.nexts[m, pose]
                 if fields[goal, after] == far - 1:
-                    shown = _in_view(ground, worth, tree.factor, after)
+                    shown = mass_in_view(ground, worth, tree.factor, after)
                     if shown > most:
                         move, most = m, shown
             total += weight * _cost(ground, worth, pose, move, left)
@@ -313,89 +243,3 @@ def explore(
         for i in range(logged - 1, -1, -1):
             tree.factor[tree.log[i]] = tree.old[i]
     return size
-
-
-@jit
-def flood(ground: Ground, goal: int, field: NDArray[np.int16], queue: NDArray[np.int32]) -> None:
-    """Fill in the fewest moves from every pose to a goal; -1 where there is no way."""
-    for pose in range(len(field)):
-        field[pose] = -1
-    field[goal], queue[0] = 0, goal
-    head, tail = 0, 1
-    while head < tail:
-        pose = queue[head]
-        head += 1
-        base = pose - (pose & 7)
-        around = (
-            np.int64(ground.before[pose]),
-            base + ((pose + ground.turn) & 7),
-            base + ((pose - ground.turn) & 7),
-        )
-        for k in range(3):
-            other = around[k]
-            if other >= 0 and field[other] < 0:
-                field[other] = field[pose] + 1
-                queue[tail] = other
-                tail += 1
-
-
-@jit
-def look_around(
-    ground: Ground, worth: Worth, factor: NDArray[np.float64], seen: NDArray[np.float64]
-) -> None:
-    """Fill in the mass in view from every pose."""
-    for pose in range(len(seen)):
-        seen[pose] = _in_view(ground, worth, factor, pose)
-
-
-@jit
-def pick_goals(
-    ground: Ground,
-    worth: Worth,
-    factor: NDArray[np.float64],
-    seen: NDArray[np.float64],
-    steps: NDArray[np.int16],
-    reach: int,
-    goals: NDArray[np.int32],
-) -> int:
-    """Pick poses that see much of what those picked before do not; return how many.
-
-    Parameters
-    ----------
-    ground, worth : the map, and what counts.
-    factor : all ones, bordered map; changed and restored.
-    seen : mass in view from every pose, as `look_around` fills it in; changed.
-    steps : moves from the robot to every pose, or an underestimate.
-    reach : R.
-    goals : room for the goals.
-    """
-    n_cells = len(seen) // 8
-    n_cols = ground.width - 2 * reach
-    count, least = 0, 0.0
-    while count < len(goals):
-        goal, best = -1, 0.0
-        for pose in range(len(seen)):
-            if seen[pose] > best and steps[pose] >= 0:
-                score = seen[pose] * worth.powers[steps[pose] // 2]
-                if score > best:
-                    goal, best = pose, score
-        if goal < 0 or best < least:
-            break
-        if count == 0:
-            least = best * 1e-4
-        goals[count] = goal
-        count += 1
-        home = ground.home[goal]
-        for k in range(ground.sizes[goal & 7]):
-            if len(ground.hidden) == 0 or not ground.hidden[goal, k]:
-                factor[home + ground.fans[goal & 7, k]] = 0.0
-        row, col = (goal >> 3) // n_cols, (goal >> 3) % n_cols
-        rows = n_cells // n_cols
-        for r in range(max(row - 2 * reach, 0), min(row + 2 * reach + 1, rows)):
-            for c in range(max(col - 2 * reach, 0), min(col + 2 * reach + 1, n_cols)):
-                for heading in range(8):
-                    pose = (r * n_cols + c) * 8 + heading
-                    seen[pose] = _in_view(ground, worth, factor, pose)
-    for cell in range(len(factor)):
-        factor[cell] = 1.0
-    return count

@@ -5,9 +5,9 @@ import pytest
 from support.small_searches import agent_of, city_of, space_of
 
 from sloop_ppl.search import SearchConfig, SearchObservation, make_planner, run_search
+from sloop_ppl.search.goals import flood
 from sloop_ppl.search.hindsight import STRETCH, _counted, _estimated, hindsight_bounds
 from sloop_ppl.search.informed import InformedPlanner
-from sloop_ppl.search.paths import flood
 from sloop_ppl.search.pose_tables import reach_from
 
 
