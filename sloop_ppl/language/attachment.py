@@ -9,11 +9,11 @@ from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.ledger import INVERSE, Ledger, Reading
 from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.lookahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 
 __all__ = ["attach"]
 
-_FARTHEST = 20
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 _BARE = frozenset(
@@ -274,7 +274,12 @@ class _Walk:
         if denied == "not":
             self.clause.negated = False
             return at + 1
-        if mention.back and not mention.plural and self._named_later(at):
+        if (
+            mention.back
+            and not mention.plural
+            and not self.clause.named
+            and named_later(self.reader, at)
+        ):
             return at + 1
         ids = self.figures.resolve(mention)
         if not ids and mention.candidates and self.figures.open_ended:
@@ -286,19 +291,6 @@ class _Walk:
         self._subject(ids, (item.first, item.last), joins=self.clause.open)
         self.clause.negated = denied in ("neither", "nor")
         return at + 1
-
-    def _named_later(self, at: int) -> bool:
-        """Whether what is only called "the car" here is named in "... is the red Honda"."""
-        if self.clause.named:
-            return False
-        for k in range(at + 1, at + _FARTHEST):
-            kind = self.reader.kind(k)
-            if kind in ("stop", "end", "figure"):
-                return False
-            if kind == "be":
-                figure = self.reader.past(k + 1, "det", "possessive")
-                return self.reader.kind(figure) == "figure" and k > at + 1
-        return False
 
     def _on_robot(self, at: int) -> int:
         """Pass over what the hearer does: "if you are facing the bank"."""
@@ -365,7 +357,7 @@ class _Walk:
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
         if not phrase.grounds:
-            back = self._shared(phrase, after) or self._left_out(phrase, after)
+            back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
             if back is None:
                 return
             phrase = back
@@ -382,48 +374,13 @@ class _Walk:
             if about.kind == "figure":
                 self.ledger.converse(phrase, clause.subject)
             return
-        if self._leads_on(at, after):
+        waits = bool(clause.pending)
+        if waits or (clause.named and leads_on(self.reader, at, after)):
             clause.pending.append(phrase)
         elif clause.named:
             self.ledger.give(phrase, clause.figures, clause.span, 1.0)
         else:
             clause.pending.append(phrase)
-
-    def _leads_on(self, at: int, after: int) -> bool:
-        """Whether a phrase begins a clause whose subject follows: "and behind X is the car"."""
-        if not self.clause.named or self.reader.kind(at - 1) not in (
-            "and", "comma", "sub", "but", "skip", "or",
-        ):  # fmt: skip
-            return bool(self.clause.pending)
-        end = after
-        for _ in range(4):
-            be = self.reader.past(end, "be", "see", "subject", "pronoun", "robot", "route")
-            if be > end:
-                subject = self.reader.past(be, "det", "skip", "possessive", "same")
-                return self.reader.kind(subject) == "figure"
-            subject = self.reader.past(end, "det", "skip", "possessive")
-            if subject > end and self.reader.kind(subject) == "figure":
-                return self.reader.kind(subject + 1) in ("stop", "end", "comma", "and", "sub")
-            spoken = len(self.reader.spoken)
-            got = read_relation(self.reader, self.reader.past(end, "and", "comma", "skip"))
-            del self.reader.spoken[spoken:]
-            if got is None or not got[0].grounds:
-                return False
-            end = got[1]
-        return False
-
-    def _shared(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
-        """Return a phrase with the ground of the next: "close to, but not on, Grant Street"."""
-        onward = self.reader.past(after, "comma", "and", "or", "but", "neg", "only", "skip", "det")
-        between = {self.reader.kind(k) for k in range(after, onward)}
-        if not between & {"and", "or", "but", "neg"}:
-            return None
-        spoken = len(self.reader.spoken)
-        got = read_relation(self.reader, onward)
-        del self.reader.spoken[spoken:]
-        if got is None or not got[0].grounds or got[0].grounds[0].kind != "landmark":
-            return None
-        return replace(phrase, grounds=got[0].grounds, joint=got[0].joint)
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""

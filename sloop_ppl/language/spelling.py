@@ -90,28 +90,26 @@ def split_run_ons(words: Sequence[Word], vocabulary: Collection[str]) -> list[Wo
 def _cuts(low: str, vocabulary: Collection[str]) -> tuple[int, ...] | None:
     """Return where `low` falls into the fewest known words, one of them of four letters or more."""
     known = lexicon().closed
-    n = len(low)
-    best: list[tuple[int, int] | None] = [(0, 0)] + [None] * n
-    for end in range(2, n + 1):
-        for start in range(end - 1):
-            before = best[start]
-            piece = low[start:end]
-            if before is None or not (piece in vocabulary or piece in known):
-                continue
-            if len(piece) < 2 or (len(piece) == 2 and piece not in _SHORT):
-                continue
-            if best[end] is None or before[0] + 1 < best[end][0]:  # type: ignore[index]
-                best[end] = before[0] + 1, start
-    if best[n] is None or best[n][0] < 2:  # type: ignore[index]
+    best: dict[int, tuple[int, tuple[int, ...]]] = {0: (0, ())}  # end -> words, their beginnings
+    for end in range(2, len(low) + 1):
+        ways = [
+            (best[start][0] + 1, (*best[start][1], start))
+            for start in range(end - 1)
+            if start in best and _is_word(low[start:end], known, vocabulary)
+        ]
+        if ways:
+            best[end] = min(ways)
+    words, begins = best.get(len(low), (0, ()))
+    if words < 2:
         return None
-    cuts, at = [], n
-    while at > 0:
-        at = best[at][1]  # type: ignore[index]
-        cuts.append(at)
-    pieces = sorted(zip((*cuts[::-1],), (*cuts[::-1][1:], n), strict=True))
-    if max(b - a for a, b in pieces) < 4:
-        return None
-    return tuple(sorted(cuts))[1:]
+    longest = max(b - a for a, b in zip(begins, (*begins[1:], len(low)), strict=True))
+    return begins[1:] if longest >= 4 else None
+
+
+def _is_word(piece: str, known: Collection[str], vocabulary: Collection[str]) -> bool:
+    if len(piece) == 2:
+        return piece in _SHORT
+    return piece in known or piece in vocabulary
 
 
 _SHORT = frozenset(("is", "at", "in", "on", "by", "of", "to", "it"))
