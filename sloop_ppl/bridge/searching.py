@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sloop_ppl.bridge.listening import Listener, is_coupled
+from sloop_ppl.bridge.spoken import descriptions_of
+from sloop_ppl.bridge.told import ToldEpisode, after, joined, last_pose
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
+from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, run_search
+from sloop_ppl.search import SearchConfig, SearchInterrupted, run_search
 from sloop_ppl.search.names import check_planner
 
 if TYPE_CHECKING:
     from sloop_ppl.search import Episode, Step
 
-__all__ = ["imagined_places", "search"]
+__all__ = ["check_map", "imagined_places", "search", "search_legs"]
+
+Places = Mapping[str, tuple[float, float]]
 
 
 def search(
     posterior: Posterior,
     city: CityMap,
-    places: Mapping[str, tuple[float, float]] | None = None,
+    places: Places | None = None,
     planner: str = "pouct",
     sims: int = 1000,
     sensor_range_cells: float = 3,
@@ -34,15 +41,18 @@ def search(
     config: SearchConfig | None = None,
     on_step: Callable[[Step], None] | None = None,
     keep_beliefs: bool = False,
-) -> Episode:
+    said: Mapping[int, str | Description] | None = None,
+    one_at_a_time: bool = False,
+) -> ToldEpisode:
     """Search the map for the targets of a posterior, all of them jointly.
 
     Parameters
     ----------
-    posterior : what is believed about where the targets are.
+    posterior : what is believed about where the targets are. Where targets share a frame, what
+        is seen of one moves the beliefs of the others.
     city : the map the posterior was made on.
     places : true place of each target, x and y in metres. One that is not given is drawn from
-        the posterior and named in `Episode.imagined`.
+        the posterior (after all in `said`) and named in `Episode.imagined`.
     planner : name of a planner; see `sloop list planners`.
     sims : simulations per step, > 0.
     sensor_range_cells : how far the sensor sees, cells, >= 1.
@@ -51,47 +61,159 @@ def search(
     config : the other settings; `sims` and `sensor_range_cells` take the place of its own.
     on_step : called with every step when it is done.
     keep_beliefs : keep the beliefs after every step in the episode.
+    said : steps taken -> what is said then, 0 before the first; a text is read in the light of
+        what was said before it.
+    one_at_a_time : search for one target after the other, as the paper does, each time from
+        where the last search ended and for `SearchConfig.max_steps` steps at most.
 
     Returns
     -------
-    Episode
-        Poses, actions, observations, rewards and what was found.
+    ToldEpisode
+        Poses, actions, observations, rewards and what was found, with the posterior after it all;
+        ``episode.tell(description)`` and ``episode.go_on(rng=...)`` take it further.
 
     Raises
     ------
     InputError : when the posterior was made on another map, or a place is of no target.
     OutsideMap : when a place or the start is outside the map.
     UnknownName : when there is no such planner.
+    NoRelationFound : when something that is said speaks of no target.
+    SearchInterrupted : on Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
     """
     check_planner(planner)
+    check_map(posterior, city)
+    spoken = descriptions_of(posterior, said or {})
+    informed = posterior
+    for step, description in spoken.items():
+        informed = informed.update(description, rng=child(rng, "said", step))
+    imagined = imagined_places(informed, places or {}, rng=rng, targets=posterior.targets)
+    settings = replace(
+        config or SearchConfig(), sims=sims, sensor_range_cells=float(sensor_range_cells)
+    )
+    targets = posterior.targets
+    try:
+        episode = search_legs(
+            posterior,
+            {**(places or {}), **imagined},
+            tuple((t,) for t in targets) if one_at_a_time else (targets,),
+            planner=planner,
+            config=settings,
+            start=start,
+            rng=rng,
+            on_step=on_step,
+            keep_beliefs=keep_beliefs,
+            said=spoken,
+        )
+    except SearchInterrupted as stopped:
+        stopped.episode = replace(stopped.episode, imagined=tuple(imagined))
+        raise
+    return replace(episode, imagined=tuple(imagined))
+
+
+def search_legs(
+    posterior: Posterior,
+    places: Places,
+    legs: Sequence[tuple[str, ...]],
+    *,
+    planner: str,
+    config: SearchConfig,
+    start: tuple[float, ...] | None,
+    rng: np.random.Generator,
+    on_step: Callable[[Step], None] | None = None,
+    keep_beliefs: bool = False,
+    said: Mapping[int, Description] = MappingProxyType({}),
+) -> ToldEpisode:
+    """Search for groups of targets, one group after the other; arguments as in `search`.
+
+    Parameters
+    ----------
+    legs : the targets of each group.
+    """
+    listener = Listener(posterior, said, recovery_weight=config.recovery_weight, rng=rng)
+    if 0 in said:
+        listener.hear(said[0])
+    for name in places:
+        if name not in posterior.targets:
+            raise InputError(
+                f"'{name}' has no belief; expected a place for each of: "
+                f"{', '.join(posterior.targets)}"
+            )
+    whole: ToldEpisode | None = None
+    for number, leg in enumerate(legs):
+        beliefs = {t: listener.posterior.belief(t) for t in posterior.targets}
+        listener.searched = leg
+
+        def told(step: Step, before: ToldEpisode | None = whole) -> None:
+            if on_step is not None:
+                on_step(after(step, before, beliefs))  # noqa: B023 - called within the leg
+
+        def add(episode: Episode, before: ToldEpisode | None = whole) -> ToldEpisode:
+            kept = tuple(
+                MappingProxyType({**beliefs, **tables})  # noqa: B023 - called within the leg
+                for tables in episode.beliefs
+            )
+            columns = {f.name: getattr(episode, f.name) for f in fields(episode)}
+            new = ToldEpisode(**{**columns, "beliefs": kept})
+            new = new if before is None else joined(before, new)
+            return replace(
+                new,
+                posterior=listener.posterior,
+                said=MappingProxyType({k: v for k, v in said.items() if k not in listener.unheard}),
+                unheard=listener.unheard,
+            )
+
+        try:
+            episode = run_search(
+                {t: beliefs[t] for t in leg},
+                posterior.city,
+                {t: places[t] for t in leg if t in places},
+                planner=planner,
+                config=config,
+                start=start if whole is None else last_pose(whole, posterior),
+                rng=rng if number == 0 else child(rng, "leg", number),
+                on_step=told,
+                on_observation=listener.observe,
+                keep_beliefs=keep_beliefs,
+            )
+        except SearchInterrupted as stopped:
+            stopped.episode = add(stopped.episode)
+            raise
+        whole = add(episode)
+    if whole is None:
+        raise InputError("The posterior holds no target; expected at least one")
+    return whole
+
+
+def check_map(posterior: Posterior, city: CityMap) -> None:
+    """Refuse a posterior that was made on another map.
+
+    Raises
+    ------
+    InputError : when it was.
+    """
     if posterior.city.digest != city.digest:
         raise InputError(
             f"The posterior was made on another map ('{posterior.city.name}', "
             f"{posterior.city.grid.shape} cells); expected '{city.name}' as it is now; infer it "
             "again on this map"
         )
-    imagined = imagined_places(posterior, places or {}, rng=rng)
-    settings = replace(
-        config or SearchConfig(), sims=sims, sensor_range_cells=float(sensor_range_cells)
-    )
-    episode = run_search(
-        {target: posterior.belief(target) for target in posterior.targets},
-        city,
-        {**(places or {}), **imagined},
-        planner=planner,
-        config=settings,
-        start=start,
-        rng=rng,
-        on_step=on_step,
-        keep_beliefs=keep_beliefs,
-    )
-    return replace(episode, imagined=tuple(imagined))
 
 
 def imagined_places(
-    posterior: Posterior, known: Mapping[str, tuple[float, float]], *, rng: np.random.Generator
+    posterior: Posterior,
+    known: Places,
+    *,
+    rng: np.random.Generator,
+    targets: Sequence[str] | None = None,
 ) -> dict[str, tuple[float, float]]:
     """Draw a place from the posterior for each target whose place is not known.
+
+    Parameters
+    ----------
+    posterior : what is believed. Where targets share a frame, they are drawn jointly.
+    known : the places that are known.
+    rng : where they are drawn from, each from its own child stream.
+    targets : those to place; all of the posterior's when None.
 
     Returns
     -------
@@ -101,9 +223,13 @@ def imagined_places(
     grid = posterior.city.grid
     inside = np.array([[grid.contains(x, y) for x in grid.x_m] for y in grid.y_m]).reshape(-1)
     drawn = {}
-    for target in posterior.targets:
+    for target in posterior.targets if targets is None else targets:
         if target not in known:
             weights = posterior.belief(target).reshape(-1) * inside
-            cell = child(rng, "place", target).choice(grid.size, p=weights / weights.sum())
-            drawn[target] = grid.centre_of(*divmod(int(cell), grid.n_cols))
+            cell = int(child(rng, "place", target).choice(grid.size, p=weights / weights.sum()))
+            drawn[target] = grid.centre_of(*divmod(cell, grid.n_cols))
+            if is_coupled(posterior):
+                at = np.full(grid.shape, -np.inf)
+                at.flat[cell] = 0.0
+                posterior = posterior.condition({target: at})
     return drawn

@@ -1,0 +1,132 @@
+"""Read what is said later on, such as ``12=it is closer to the bank``, in the light of before."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from sloop_ppl.bridge.facade import parse
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Posterior
+from sloop_ppl.language import Description, RelationSpans, TargetObject, no_relation_found
+
+__all__ = ["descriptions_of", "follow_up", "read_said"]
+
+_SAID = re.compile(r"\s*(?P<step>-?\d+)\s*=\s*(?P<text>.*\S)\s*", re.DOTALL)
+
+
+def read_said(typed: Sequence[str]) -> dict[int, str]:
+    """Return steps taken -> the words that are said then.
+
+    Parameters
+    ----------
+    typed : one ``STEP=TEXT`` per utterance.
+
+    Raises
+    ------
+    InputError : when one is malformed, its step is negative, or a step is given twice.
+
+    Examples
+    --------
+    >>> read_said(["12=it is closer to the bank"])
+    {12: 'it is closer to the bank'}
+    """
+    said: dict[int, str] = {}
+    for text in typed:
+        match = _SAID.fullmatch(text)
+        if match is None:
+            raise InputError(
+                f"Words '{text}' are malformed; expected STEP=TEXT, such as "
+                "12=it is closer to the bank"
+            )
+        step = int(match["step"])
+        if step < 0:
+            raise InputError(
+                f"Words for step {step} are given; expected a step of at least 0, before the first"
+            )
+        if step in said:
+            raise InputError(f"Words for step {step} are given twice; say all of it at once")
+        said[step] = match["text"]
+    return said
+
+
+def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> Description:
+    """Read a text that goes on from what was said, so that "it" is what was spoken of last.
+
+    Parameters
+    ----------
+    posterior : knows the targets and what was said of them.
+    text : English.
+    before : what was said after that and before this.
+
+    Returns
+    -------
+    Description
+        What this text adds; a figure that it names only by "it" has an empty span when the noun
+        stands in an earlier text.
+
+    Raises
+    ------
+    NoRelationFound : when it says nothing of a target.
+    """
+    known = {t.id: t for d in posterior.descriptions for t in d.targets}
+    targets = tuple(known.get(name, TargetObject(name)) for name in posterior.targets)
+    earlier = "".join(f"{t.rstrip(' .!?;,')}. " for t in (*posterior.texts, *before) if t.strip())
+    whole = parse(earlier + text, posterior.city, targets=targets)
+    n = len(earlier)
+    relations = tuple(
+        replace(relation, spans=_moved(relation.spans, n))
+        for relation in whole.relations
+        if relation.spans is not None and relation.spans.relation[0] >= n
+    )
+    spoken = {relation.figure for relation in relations}
+    description = Description(
+        text,
+        whole.map,
+        tuple(t for t in targets if t.id in spoken),
+        relations,
+        tuple(
+            replace(u, span=(u.span[0] - n, u.span[1] - n))
+            for u in whole.unresolved
+            if u.span[0] >= n
+        ),
+    )
+    if not relations:
+        raise no_relation_found(description, posterior.city, targets)
+    return description
+
+
+def descriptions_of(
+    posterior: Posterior, said: Mapping[int, str | Description]
+) -> dict[int, Description]:
+    """Return steps taken -> description, in the order in which they are said.
+
+    Raises
+    ------
+    InputError : when a step is negative.
+    NoRelationFound : when a text says nothing of a target.
+    """
+    read: dict[int, Description] = {}
+    for step in sorted(said):
+        if step < 0:
+            raise InputError(
+                f"Words for step {step} are given; expected a step of at least 0, before the first"
+            )
+        words = said[step]
+        if isinstance(words, str):
+            words = follow_up(posterior, words, [d.text for d in read.values()])
+        read[step] = words
+    return read
+
+
+def _moved(spans: RelationSpans | None, by: int) -> RelationSpans | None:
+    if spans is None:
+        return None
+
+    def moved(span: tuple[int, int]) -> tuple[int, int]:
+        return max(span[0] - by, 0), max(span[1] - by, 0)
+
+    return RelationSpans(
+        moved(spans.figure), moved(spans.relation), tuple(moved(s) for s in spans.grounds)
+    )

@@ -1,0 +1,143 @@
+"""An episode that keeps the posterior, so that it can be told more and go on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.bridge.spoken import follow_up
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Posterior
+from sloop_ppl.language import Description
+from sloop_ppl.search.episode import Episode
+
+if TYPE_CHECKING:
+    from sloop_ppl.search import Step
+
+__all__ = ["ToldEpisode", "after", "joined", "last_pose"]
+
+Table = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ToldEpisode(Episode):
+    """A search with what is believed after it; see `Episode` for the rest.
+
+    Parameters
+    ----------
+    posterior : the joint posterior after all that was seen and said.
+    said : steps taken -> what was said then.
+    unheard : steps of which the words were never said, for the search had ended.
+    """
+
+    posterior: Posterior | None = None
+    said: Mapping[int, Description] = field(default_factory=lambda: MappingProxyType({}))
+    unheard: tuple[int, ...] = ()
+
+    def tell(
+        self, description: Description | str, rng: np.random.Generator | None = None
+    ) -> ToldEpisode:
+        """Return the episode with a posterior that was told one more thing.
+
+        Parameters
+        ----------
+        description : what is said now; a text is read in the light of what was said before.
+        rng : wanted by engines that draw.
+
+        Raises
+        ------
+        NoRelationFound : when it speaks of no target.
+        BeliefCollapse : when it excludes all that is believed after the search.
+        """
+        posterior = self._posterior()
+        if isinstance(description, str):
+            description = follow_up(posterior, description)
+        said = {**self.said, self.steps: description}
+        return replace(
+            self,
+            posterior=posterior.update(description, rng=rng),
+            said=MappingProxyType(said),
+        )
+
+    def go_on(self, max_steps: int | None = None, *, rng: np.random.Generator) -> ToldEpisode:
+        """Search on for what was not found, from the last pose and with the present posterior.
+
+        Parameters
+        ----------
+        max_steps : how many steps more; as many as the settings allow a search when None.
+        rng : where environment and planner draw from.
+
+        Returns
+        -------
+        ToldEpisode
+            The whole, from the first step on; itself when all is found.
+        """
+        from sloop_ppl.bridge.searching import search_legs
+
+        left = tuple(t for t in self.places if t not in self.found_targets)
+        if not left:
+            return self
+        config = self.config
+        more = search_legs(
+            self._posterior(),
+            self.places,
+            (left,),
+            planner=self.planner,
+            config=config if max_steps is None else replace(config, max_steps=max_steps),
+            start=last_pose(self, self._posterior()),
+            rng=rng,
+            keep_beliefs=bool(self.beliefs),
+        )
+        whole = joined(self, replace(more, config=config))
+        return replace(whole, imagined=self.imagined, said=self.said, posterior=more.posterior)
+
+    def _posterior(self) -> Posterior:
+        if self.posterior is None:
+            raise InputError("This episode keeps no posterior; search with sloop_ppl.search")
+        return self.posterior
+
+
+def last_pose(episode: Episode, posterior: Posterior) -> tuple[float, float, float]:
+    """Return where a search ended, within the map (cells on its borders may overhang)."""
+    x, y, heading = episode.poses[-1]
+    grid = posterior.city.grid
+    inside_x = min(max(x, grid.west_m), grid.east_m)
+    return inside_x, min(max(y, grid.south_m), grid.north_m), heading
+
+
+def joined(first: ToldEpisode, second: ToldEpisode) -> ToldEpisode:
+    """Return two searches, the second of which began where the first ended, as one."""
+    places = {**first.places, **{t: p for t, p in second.places.items() if t not in first.places}}
+    found = {*first.found_targets, *second.found_targets}
+    return replace(
+        second,
+        places=MappingProxyType(places),
+        poses=first.poses + second.poses[1:],
+        actions=first.actions + second.actions,
+        observations=tuple(
+            MappingProxyType({t: seen.get(t) for t in places})
+            for seen in (*first.observations, *second.observations)
+        ),
+        rewards=first.rewards + second.rewards,
+        found_targets=tuple(t for t in places if t in found),
+        views=np.concatenate([first.views, second.views[1:]]),
+        info=first.info + second.info,
+        beliefs=first.beliefs + second.beliefs[1:],
+    )
+
+
+def after(step: Step, before: ToldEpisode | None, others: Mapping[str, Table]) -> Step:
+    """Return a step of a later leg as a step of the whole search."""
+    if before is None:
+        return step
+    return replace(
+        step,
+        index=before.steps + step.index,
+        found_targets=before.found_targets + step.found_targets,
+        beliefs=MappingProxyType({**others, **step.beliefs}),
+    )
