@@ -93,6 +93,10 @@ _HOMES = {
 }
 
 
+if "gymnasium" in sys.modules:
+    import_module(f"{__name__}.gym_register")
+
+
 def __getattr__(name: str) -> Any:
     for module, names in _HOMES.items():
         if name in names:

@@ -1,6 +1,13 @@
-"""Register the Gymnasium environment; gymnasium calls this through an entry point."""
+"""Register the Gymnasium environment when this module is imported.
+
+So ``gymnasium.make("sloop_ppl.search.gym_register:sloop_ppl/Search-v0")`` works by itself, and
+``gymnasium.make("sloop_ppl/Search-v0")`` after an import of this module; an import of
+`sloop_ppl.search` does it too, where gymnasium was imported before.
+"""
 
 from __future__ import annotations
+
+from gymnasium.envs import registration
 
 __all__ = ["ENVIRONMENT", "register"]
 
@@ -9,8 +16,9 @@ ENVIRONMENT = "sloop_ppl/Search-v0"
 
 
 def register() -> None:
-    """Make ``gymnasium.make("sloop_ppl/Search-v0")`` work; doing it twice does no harm."""
-    import gymnasium
+    """Register the environment; doing it twice does no harm."""
+    if ENVIRONMENT not in registration.registry:
+        registration.register(ENVIRONMENT, entry_point="sloop_ppl.search.gym_env:SearchEnv")
 
-    if ENVIRONMENT not in gymnasium.registry:
-        gymnasium.register(ENVIRONMENT, entry_point="sloop_ppl.search.gym_env:SearchEnv")
+
+register()

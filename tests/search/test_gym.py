@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -72,3 +74,19 @@ def test_misuse_is_one_line():
         env.step(0)
     with pytest.raises(InputError, match="render_mode is 'human'; expected 'rgb_array' or None"):
         SearchEnv(render_mode="human")
+
+
+@pytest.mark.parametrize(
+    ("imports", "name"),
+    [
+        ("gymnasium", "sloop_ppl.search.gym_register:sloop_ppl/Search-v0"),
+        ("gymnasium, sloop_ppl.search", "sloop_ppl/Search-v0"),
+        ("sloop_ppl.search.gym_register, gymnasium", "sloop_ppl/Search-v0"),
+    ],
+)
+def test_gymnasium_makes_the_environment_by_its_name(imports, name):
+    code = f"import {imports}; print(gymnasium.make({name!r}).unwrapped.space.shape)"
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "(41, 41)\n", done.stderr
