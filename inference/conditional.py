@@ -126,13 +126,26 @@ def given_fronts(
 
 
 def _draw(prior: FrameDistribution, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Draw n fronts, spread evenly over the prior's mass: each by itself is a draw from it."""
     weights = np.array([*(part.weight for part in prior.parts), prior.lapse])
-    which = rng.choice(len(weights), n, p=weights / weights.sum())
-    drawn = rng.uniform(-math.pi, math.pi, n)
+    edges = np.concatenate([[0.0], np.cumsum(weights / weights.sum())])
+    level = (rng.permutation(n) + rng.random(n)) / n
+    which = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, len(weights) - 1)
+    within = (level - edges[which]) / np.maximum(edges[which + 1] - edges[which], 1e-300)
+    drawn = math.pi * (2 * within - 1)
     for i, part in enumerate(prior.parts):
         chosen = which == i
         if math.isinf(part.kappa):
             drawn[chosen] = part.mean_rad
         else:
-            drawn[chosen] = rng.vonmises(part.mean_rad, part.kappa, int(chosen.sum()))
+            drawn[chosen] = part.mean_rad + _von_mises_quantile(within[chosen], part.kappa)
     return drawn
+
+
+def _von_mises_quantile(level: NDArray[np.float64], kappa: float) -> NDArray[np.float64]:
+    """Return angles less the mean below which a von Mises distribution has this much mass."""
+    reach = min(math.pi, 12 / math.sqrt(max(kappa, 1e-9)))
+    angles = np.linspace(-reach, reach, 4097)
+    density = np.exp(kappa * (np.cos(angles) - 1))
+    mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
+    return np.interp(level, mass / mass[-1], angles)

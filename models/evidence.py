@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -80,15 +80,16 @@ def gather_evidence(
             "{target: (x_m, y_m)}"
         )
     shared = share_frames(terms, model)
-    columns = [
-        [
-            _informed(city, truths[i], model.informed_sigma_m or 0.0)
-            if model.needs_truth and truths is not None
-            else _scored(component, said, model, shared, city.grid)
-            for component in model.components
-        ]
-        for i, said in enumerate(terms)
-    ]
+    phrases = _Phrases(model, shared)
+    columns: list[list[_Scored | None]] = []
+    for i, said in enumerate(terms):
+        if model.needs_truth and truths is not None:
+            column = [_informed(city, truths[i], model.informed_sigma_m or 0.0)]
+            columns.append(list(column * len(model.components)))
+            continue
+        columns.append(
+            [_scored(part, said, model, phrases, city.grid) for part in model.components]
+        )
     scored = [part for column in columns for part in column if part is not None]
     height = max((part.rows.shape[-2] for part in scored), default=1)
     shape = (shared.size, len(terms), len(model.components))
@@ -110,11 +111,46 @@ def gather_evidence(
     )
 
 
+class _Phrases:
+    """Tables of phrases, each made once however often it is read."""
+
+    def __init__(self, model: Preset, shared: SharedFrames) -> None:
+        self._model, self.shared = model, shared
+        self._plain: dict[Hashable, Tensor] = {}
+        self._given: dict[Hashable, Tensor] = {}
+
+    def plain(self, term: RelationTerm) -> Tensor:
+        """Return the log truth of a phrase, its frame summed out, shape (S,)."""
+        key = _meaning(term)
+        if key not in self._plain:
+            self._plain[key] = log_phrase(term, self._model)
+        return self._plain[key]
+
+    def given(self, term: RelationTerm) -> Tensor:
+        """Return the log truth of a phrase in each setting of shared frames, shape (C, S)."""
+        key = _meaning(term)
+        if key not in self._given:
+            self._given[key] = self.shared.log_phrase(term, self._model)
+        return self._given[key]
+
+
+def _meaning(term: RelationTerm) -> Hashable:
+    """Return what two phrases of one map have in common when they say the same."""
+    return (
+        term.relation,
+        term.relation_class,
+        term.grounds,
+        term.negated,
+        term.said_distance_m,
+        term.joint,
+    )
+
+
 def _scored(
     component: Component,
     terms: tuple[RelationTerm, ...],
     model: Preset,
-    shared: SharedFrames,
+    phrases: _Phrases,
     grid: Grid,
 ) -> _Scored | None:
     """Score a component; None where it does not apply."""
@@ -124,11 +160,12 @@ def _scored(
             return None
         # Nothing was said: the first component stands for all, and says nothing.
         return _Scored(torch.zeros(1, 1, 1).double(), torch.zeros(1, 1).double())
+    shared = phrases.shared
     if component.uses_frames and shared.grounds:
-        rows = torch.stack([shared.log_phrase(term, model) for term in read], 1)
+        rows = torch.stack([phrases.given(term) for term in read], 1)
     else:
         combine = COMBINATIONS[component.combine]
-        rows = combine(read, lambda term: log_phrase(term, model))[None]
+        rows = combine(read, phrases.plain)[None]
     total = rows.sum(1)
     wanted = total / len(read) ** model.temper
     if model.normalisation == "map":

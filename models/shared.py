@@ -69,11 +69,14 @@ def share_frames(terms: Sequence[tuple[RelationTerm, ...]], model: Preset) -> Sh
     A front is shared by all frame phrases about a ground, of any target; its prior is that of the
     first such phrase. The settings are enumerated: 72 angles for one ground, 36 each for two.
     """
+    nothing = SharedFrames((), np.zeros((1, 0)), torch.zeros(1, dtype=torch.float64))
+    if not model.shared_frames:
+        return nothing
     framed = [term for said in terms for term in said if front_prior(term, model) is not None]
     grounds = dict.fromkeys(term.ground for term in framed)
     several = [g for g in grounds if sum(term.ground == g for term in framed) > 1]
-    if not model.shared_frames or not several:
-        return SharedFrames((), np.zeros((1, 0)), torch.zeros(1, dtype=torch.float64))
+    if not several:
+        return nothing
     if len(several) > max(_BINS):
         raise InputError(
             f"{len(several)} grounds have a front that several phrases share "

@@ -33,7 +33,8 @@ class NearestStreet:
         if term.is_line:
             normal = term.line_normal_rad
             return normal, math.remainder(normal + math.pi, 2 * math.pi)
-        front = term.city.bearing_to_nearest_path(term.ground)
+        city, ground = term.city, term.ground
+        front = city.derived(f"front of {ground}", lambda: city.bearing_to_nearest_path(ground))
         return () if front is None else (front,)
 
 
