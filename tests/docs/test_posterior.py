@@ -22,8 +22,9 @@ def test_the_page_runs_and_says_what_is_so(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "sheet.png").stat().st_size > 50_000
     assert "cannot be ranked" in out
     assert "| exact | 0.0e+00 |" in out
-    assert "on ('West4thSt',) 0.10 -> 0.84" in out
-    assert "near ('VelvetDog',) 0.10 -> 0.06" in out
+    slips = dict(re.findall(r"(\w+) \('\w+',\) 0\.10 -> ([\d.]+)", out))
+    assert float(slips["on"]) > 0.7
+    assert max(float(slips["near"]), float(slips["west"])) < 0.15
 
 
 def test_every_picture_of_the_page_is_there():
