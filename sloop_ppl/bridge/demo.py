@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sloop_ppl.bridge.places import read_places
 from sloop_ppl.bridge.report import belief_lines, relation_table
-from sloop_ppl.bridge.requests import SearchRequest, SearchResult, run_request
+from sloop_ppl.bridge.search_request import SearchRequest, SearchResult, run_request
 from sloop_ppl.inference import Posterior
 from sloop_ppl.outputs import check_output_folder
 from sloop_ppl.plots import plot_beliefs, save_figure

@@ -7,15 +7,22 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Params, Targets, Text, Variant
+from sloop_ppl.cli.options import Engine, Frames, Json, Model, Params, Targets, Variant
 from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.errors import InputError
 
 __all__ = ["search"]
 
 
 def search(
-    text: Text,
-    map_: Map,
+    context: typer.Context,
+    text: Annotated[
+        str | None, typer.Argument(help="What was said, in English.", show_default=False)
+    ] = None,
+    map_: Annotated[
+        str | None,
+        typer.Option("--map", help="A bundled map's name or a .geojson file.", show_default=False),
+    ] = None,
     place: Annotated[
         list[str] | None,
         typer.Option(help="Where a target truly is, OBJECT=x,y in metres; else it is imagined."),
@@ -29,29 +36,94 @@ def search(
     engine: Engine = "exact",
     frames: Frames = None,
     params: Params = None,
+    posterior: Annotated[
+        Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
+    ] = None,
+    say: Annotated[
+        list[str] | None,
+        typer.Option(help="STEP=TEXT: what is said once so many steps are taken; may be repeated."),
+    ] = None,
     planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "pouct",
     range_: Annotated[float, typer.Option("--range", help="How far the sensor sees, cells.")] = 3,
     fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
     sims: Annotated[int, typer.Option(help="Simulations per step.")] = 1000,
     steps: Annotated[int, typer.Option(help="Steps after which the search ends.")] = 200,
-    rollout: Annotated[str, typer.Option(help="Rollouts: published or random.")] = "published",
+    rollout: Annotated[
+        str | None,
+        typer.Option(
+            help="Rollouts: published, random, or informed (fast alone); else the planner's own.",
+            show_default=False,
+        ),
+    ] = None,
     find_each: Annotated[
         bool, typer.Option("--find-each", help="One find action per target, as in the paper.")
     ] = False,
+    one_at_a_time: Annotated[
+        bool,
+        typer.Option("--one-at-a-time", help="One target after the other, as in the paper."),
+    ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say before each step why it is taken.")
+    ] = False,
+    replay: Annotated[
+        Path | None, typer.Option(help="Draw a saved episode again (--figure, --animation).")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Save the episode, .json.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")] = None,
     animation: Annotated[Path | None, typer.Option(help="Film the search, .gif.")] = None,
     json: Json = False,
 ) -> None:
-    """Infer where the targets of a sentence are and search for them."""
-    from sloop_ppl.bridge.requests import SearchRequest, run_request
+    """Infer where the targets of a sentence are and search for them.
 
+    Ctrl-C ends the search and leaves what was done in the files asked for.
+    """
+    from sloop_ppl.bridge.replay import replay_report
+    from sloop_ppl.bridge.search_request import SearchRequest, run_request
+
+    if replay is not None:
+        _only(context, "replay", "map_", "figure", "animation", "json")
+        told, line = replay_report(replay, map_, figure=figure, animation=animation)
+        print_json(told) if json else print_data(line)
+        return
+    if posterior is not None:
+        _not_with_posterior(context)
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
-        model=model, variant=variant, engine=engine, frames=frames, params=params, planner=planner,
+        model=model, variant=variant, engine=engine, frames=frames, params=params,
+        posterior=posterior, said=tuple(say or ()), planner=planner,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
-        find_each=find_each, seed=seed, out=out, figure=figure, animation=animation,
+        find_each=find_each, one_at_a_time=one_at_a_time, explain=explain, seed=seed,
+        out=out, figure=figure, animation=animation,
     )  # fmt: skip
     lines = run_request(request, tell=progress)
     print_json(lines.report) if json else print_data(*lines.summary)
+
+
+def _given(context: typer.Context) -> list[str]:
+    """Return the names of the parameters that were typed."""
+    return [n for n in context.params if str(context.get_parameter_source(n)).endswith("LINE")]
+
+
+def _option(name: str) -> str:
+    return "TEXT" if name == "text" else f"--{name.strip('_').replace('_', '-')}"
+
+
+def _only(context: typer.Context, *names: str) -> None:
+    """Refuse what does not go with ``--replay``."""
+    for name in _given(context):
+        if name not in names:
+            raise InputError(
+                f"{_option(name)} does not go with --replay; leave it out: an episode is drawn as "
+                "it was"
+            )
+
+
+def _not_with_posterior(context: typer.Context) -> None:
+    """Refuse what would be inferred otherwise than the saved posterior was."""
+    for name in _given(context):
+        if name in ("model", "variant", "engine", "frames", "params", "targets"):
+            raise InputError(
+                f"{_option(name)} does not go with --posterior; leave it out: a saved posterior "
+                "keeps its own"
+            )

@@ -1,0 +1,189 @@
+"""Carry out what ``sloop search`` asks for: infer, search, tell of it and write it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sloop_ppl.bridge.places import read_places, read_start
+from sloop_ppl.bridge.replay import draw_episode
+from sloop_ppl.bridge.report import outcome_line, step_line, unresolved_lines
+from sloop_ppl.bridge.requests import posterior_of, saved_posterior
+from sloop_ppl.bridge.searching import search
+from sloop_ppl.bridge.spoken import read_said
+from sloop_ppl.bridge.told import ToldEpisode
+from sloop_ppl.bridge.why import why_lines
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Posterior
+from sloop_ppl.outputs import check_output, written_whole
+from sloop_ppl.plots import check_figure_path
+from sloop_ppl.rng import child
+from sloop_ppl.search import SearchConfig, SearchInterrupted
+from sloop_ppl.search.episode import Step
+from sloop_ppl.search.files import episode_to_document
+from sloop_ppl.search.names import check_planner
+
+__all__ = ["SearchRequest", "SearchResult", "run_request"]
+
+
+@dataclass(frozen=True)
+class SearchRequest:
+    """What ``sloop search`` asks for; see its options."""
+
+    text: str | None
+    map_name: str | None
+    places: tuple[str, ...] = ()
+    start: str | None = None
+    targets: Path | None = None
+    model: str = "bayes"
+    variant: str = "published"
+    engine: str = "exact"
+    frames: str | None = None
+    params: Path | None = None
+    posterior: Path | None = None
+    said: tuple[str, ...] = ()
+    planner: str = "pouct"
+    sensor_range_cells: float = 3
+    fov_deg: float = 90
+    sims: int = 1000
+    max_steps: int = 200
+    rollout: str | None = None
+    find_each: bool = False
+    one_at_a_time: bool = False
+    explain: bool = False
+    seed: int = 0
+    out: Path | None = None
+    figure: Path | None = None
+    animation: Path | None = None
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What came of a request: the posterior before it, the episode, and how to tell of them."""
+
+    posterior: Posterior
+    episode: ToldEpisode
+    report: dict[str, Any]
+    summary: tuple[str, ...]
+
+
+def run_request(
+    request: SearchRequest,
+    tell: Callable[[str], None],
+    on_posterior: Callable[[Posterior], None] | None = None,
+) -> SearchResult:
+    """Infer, search and write what was asked for.
+
+    Parameters
+    ----------
+    request : names, paths and numbers as they were typed.
+    tell : takes each line of progress.
+    on_posterior : called with the posterior before the search.
+
+    Raises
+    ------
+    SloopError : for any mistake in the request, before anything is searched.
+    SearchInterrupted : on Ctrl-C, once what was done until then has been written.
+    """
+    places, start = read_places(request.places), read_start(request.start)
+    said = read_said(request.said)
+    check_planner(request.planner)
+    config = SearchConfig(
+        sensor_range_cells=request.sensor_range_cells,
+        fov_deg=request.fov_deg,
+        sims=request.sims,
+        max_steps=request.max_steps,
+        rollout=request.rollout,
+        find_each=request.find_each,
+    )
+    _check_outputs(request)
+    posterior = _posterior(request, places)
+    for line in unresolved_lines(posterior):
+        tell(line)
+    if on_posterior is not None:
+        on_posterior(posterior)
+
+    def on_step(step: Step) -> None:
+        for line in why_lines(step) if request.explain else ():
+            tell(line)
+        tell(step_line(step))
+        if step.index + 1 in said:
+            tell(f"     told: “{said[step.index + 1]}”")
+
+    try:
+        episode = search(
+            posterior,
+            posterior.city,
+            places,
+            planner=request.planner,
+            sims=request.sims,
+            sensor_range_cells=request.sensor_range_cells,
+            start=start,
+            rng=np.random.default_rng(request.seed),
+            config=config,
+            on_step=on_step,
+            keep_beliefs=request.animation is not None,
+            said=said,
+            one_at_a_time=request.one_at_a_time,
+        )
+    except SearchInterrupted as stopped:
+        if isinstance(stopped.episode, ToldEpisode):
+            _write(request, posterior, stopped.episode)
+        raise
+    for step in episode.unheard:
+        tell(f"never said, for the search ended after {episode.steps} steps: “{said[step]}”")
+    _write(request, posterior, episode)
+    report = {**_named(request, posterior, episode), **episode.to_json()}
+    return SearchResult(posterior, episode, report, (outcome_line(episode),))
+
+
+def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -> Posterior:
+    rng = child(np.random.default_rng(request.seed), "infer")
+    if request.posterior is not None:
+        return saved_posterior(request.posterior, request.map_name, request.text, rng)
+    if request.text is None:
+        raise InputError("Missing argument 'TEXT'; say where something is, or give --posterior")
+    if request.map_name is None:
+        raise InputError("Missing option '--map'; give a bundled map's name or a .geojson file")
+    return posterior_of(
+        request.text, request.map_name, targets=request.targets, model=request.model,
+        variant=request.variant, engine=request.engine, frames=request.frames,
+        params=request.params, truth=places, rng=rng,
+    )  # fmt: skip
+
+
+def _check_outputs(request: SearchRequest) -> None:
+    if request.out:
+        check_output(request.out, (".json",))
+    if request.figure:
+        check_figure_path(request.figure)
+    if request.animation:
+        check_figure_path(request.animation, animation=True)
+
+
+def _named(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> dict[str, Any]:
+    return {
+        "map": episode.map_name,
+        "model": posterior.model.name,
+        "planner": episode.planner,
+        "seed": request.seed,
+    }
+
+
+def _write(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> None:
+    if request.out:
+        said = {str(step): d.text for step, d in episode.said.items()}
+        document = episode_to_document(
+            replace(episode, beliefs=()) if not request.animation else episode,
+            **_named(request, posterior, episode),
+            **({"said": said} if said else {}),
+        )
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False)
+        with written_whole(request.out) as path:
+            path.write_text(text + "\n", encoding="utf-8")
+    draw_episode(episode, posterior.city, request.figure, request.animation)

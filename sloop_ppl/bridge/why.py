@@ -1,0 +1,35 @@
+"""Say why a planner chose what it chose: values, visits and what each move would show."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sloop_ppl.search import Step
+
+__all__ = ["why_lines"]
+
+
+def why_lines(step: Step) -> list[str]:
+    """Return a line for each action that the planner could take, the chosen one marked.
+
+    Parameters
+    ----------
+    step : a step of a search.
+    """
+    info = step.info
+    names = dict.fromkeys((*info.values, *info.expected))
+    lines = []
+    for name in names:
+        told = [f"     {'>' if name == step.action else ' '} {name:<8}"]
+        if name in info.values:
+            told.append(f"value {info.values[name]:8.1f}")
+        if name in info.visits:
+            told.append(f"visits {info.visits[name]:6d}")
+        seen = info.expected.get(name)
+        if seen:
+            shown = ", ".join(f"{target} {p:.1%}" for target, p in seen.items())
+            told.append(f"expects to see {shown}")
+        lines.append("  ".join(told))
+    lines += [f"       {name}: {value}" for name, value in info.notes.items()]
+    return lines

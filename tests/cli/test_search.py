@@ -1,0 +1,148 @@
+"""`sloop search`: saved posteriors, words on the way, replays, explanations, Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from sloop_ppl.cli import main
+
+TEXT = "the green toyota is behind velvet dog"
+SEARCH = ["search", TEXT, "--map", "cleveland", "--planner", "greedy",
+          "--place", "GreenToyota=-37.5,-72.5", "--start", "-22.5,-62.5,180"]  # fmt: skip
+
+
+def run(capsys, *arguments, code=0):
+    with pytest.raises(SystemExit) as done:
+        main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    assert done.value.code == code, err
+    return out, err
+
+
+def refused(capsys, *arguments):
+    out, err = run(capsys, *arguments, code=2)
+    assert out == ""
+    assert err.count("\n") == 1, err
+    return err
+
+
+@pytest.fixture
+def saved(tmp_path, capsys):
+    path = tmp_path / "p.nc"
+    run(capsys, "infer", TEXT, "--map", "cleveland", "--out", path)
+    return path
+
+
+def test_a_search_goes_on_from_a_saved_posterior(saved, capsys):
+    from_file, _ = run(capsys, "search", "--posterior", saved, *SEARCH[4:], "--json")
+    anew, _ = run(capsys, *SEARCH, "--json")
+    assert json.loads(from_file) == json.loads(anew)
+    more, _ = run(capsys, "search", "it is near the hat factory", "--posterior", saved,
+                  "--map", "cleveland", *SEARCH[4:], "--steps", "3", "--json")  # fmt: skip
+    assert list(json.loads(more)["places"]) == ["GreenToyota"]
+
+
+def test_words_on_the_way_are_told_and_kept(tmp_path, capsys):
+    out = tmp_path / "e.json"
+    _, err = run(capsys, *SEARCH[:-1], "80,80", "--steps", "3", "--out", out,
+                 "--say", "1=it is near the hat factory", "--say", "100=it is near velvet dog",
+                 "--say", "0=it is south of velvet dog")  # fmt: skip
+    lines = err.splitlines()
+    assert lines[1] == "     told: “it is near the hat factory”"
+    assert lines[-1] == "never said, for the search ended after 3 steps: “it is near velvet dog”"
+    told = json.loads(out.read_text())
+    assert told["said"] == {"0": "it is south of velvet dog", "1": "it is near the hat factory"}
+    assert told["map"] == "cleveland"
+    assert told["model"] == "bayes"
+
+
+def test_an_explanation_marks_what_was_chosen(capsys):
+    _, err = run(capsys, *SEARCH, "--planner", "fast", "--sims", "50", "--steps", "2", "--explain")
+    why = [line for line in err.splitlines() if "expects to see GreenToyota" in line]
+    assert len(why) >= 6
+    assert any(line.startswith("     > ") and "value" in line for line in why)
+
+
+def test_one_at_a_time(capsys):
+    out, _ = run(
+        capsys, "search", "the green toyota is near velvet dog, the red bike is on West 4th Street",
+        "--map", "cleveland", "--planner", "random", "--one-at-a-time", "--steps", "2", "--json",
+    )  # fmt: skip
+    told = json.loads(out)
+    assert told["steps"] == 4
+    assert all(seen["RedBike"] is None for seen in told["observations"][:2])
+
+
+@pytest.mark.slow
+def test_a_saved_episode_is_drawn_again(tmp_path, capsys):
+    episode = tmp_path / "e.json"
+    first, again = tmp_path / "a.png", tmp_path / "b.png"
+    film, refilm = tmp_path / "a.gif", tmp_path / "b.gif"
+    said, _ = run(capsys, *SEARCH, "--steps", "3", "--out", episode, "--figure", first,
+                  "--animation", film)  # fmt: skip
+    line, _ = run(capsys, "search", "--replay", episode, "--figure", again, "--animation", refilm)
+    assert line == said
+    assert first.read_bytes() == again.read_bytes()
+    assert film.read_bytes() == refilm.read_bytes()
+
+
+def test_ctrl_c_leaves_what_was_done(tmp_path, capsys, monkeypatch):
+    import sloop_ppl.bridge.search_request as search_request
+
+    tell, told = search_request.step_line, []
+
+    def interrupt(step):
+        told.append(tell(step))
+        if len(told) == 2:
+            raise KeyboardInterrupt
+        return told[-1]
+
+    monkeypatch.setattr(search_request, "step_line", interrupt)
+    episode, figure = tmp_path / "e.json", tmp_path / "f.png"
+    out, err = run(capsys, *SEARCH, "--out", episode, "--figure", figure, code=130)
+    assert out == ""
+    assert err.endswith("sloop: stopped\n")
+    document = json.loads(episode.read_text())
+    assert document["steps"] == len(document["actions"]) == len(document["poses"]) - 1 == 2
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    line, _ = run(capsys, "search", "--replay", episode)
+    assert "in 2 steps" in line
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--say", "later=it is near velvet dog"], "expected STEP=TEXT"),
+        (["--say", "3="], "expected STEP=TEXT"),
+        (["--say", "-1=it is near velvet dog"], "expected a step of at least 0"),
+        (["--say", "3=near", "--say", "3=far"], "step 3 are given twice"),
+        (["--say", "3=what a lovely day"], "No relation"),
+        (["--posterior", "absent.nc"], "'absent.nc' cannot be read"),
+        (["--posterior", "absent.nc", "--model", "sloop"], "--model does not go with --posterior"),
+        (["--replay", "absent.json"], "TEXT does not go with --replay"),
+        (["--rollout", "best"], "Rollout 'best' is unknown"),
+    ],
+)
+def test_mistakes(options, said, capsys):
+    assert said in refused(capsys, *SEARCH[:4], *options)
+
+
+def test_a_text_and_a_map_are_asked_for(capsys):
+    assert "Missing argument 'TEXT'" in refused(capsys, "search", "--map", "cleveland")
+    assert "Missing option '--map'" in refused(capsys, "search", TEXT)
+
+
+def test_other_maps_are_refused(saved, tmp_path, capsys):
+    line = refused(capsys, "search", "--posterior", saved, "--map", "austin")
+    assert "was made on another map ('cleveland'); expected 'austin'" in line
+    episode = tmp_path / "e.json"
+    run(capsys, *SEARCH, "--steps", "1", "--out", episode)
+    line = refused(capsys, "search", "--replay", episode, "--map", "austin")
+    assert "searched on another map ('cleveland', (41, 41) cells); found 'austin'" in line
+    document = json.loads(episode.read_text())
+    episode.write_text(json.dumps({**document, "version": 99}))
+    assert "version 99" in refused(capsys, "search", "--replay", episode)
+    episode.write_text(json.dumps({**document, "map": "mine"}))
+    assert "give its file with --map" in refused(capsys, "search", "--replay", episode)
