@@ -13,7 +13,7 @@ from types import MappingProxyType
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.eval._records import Fault, Record
-from sloop_ppl.language import SpatialRelation, TargetObject
+from sloop_ppl.language import WHOLE_MAP, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap, Grid, load_map
 
 __all__ = [
@@ -261,6 +261,8 @@ def _relations(
 
 def _ground(entry: Record, city: CityMap) -> str:
     ground = entry.text("ground")
+    if ground == WHOLE_MAP:
+        return ground
     try:
         return city.landmark(ground).id
     except SloopError as error:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.language import WHOLE_MAP
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.models.regions import (
@@ -16,10 +17,7 @@ from sloop_ppl.models.regions import (
     meeting_point,
 )
 
-__all__ = ["MAP", "MAP_CLASS", "Sense", "is_map", "sense_of"]
-
-MAP = "Map"
-"""Id of the map as a ground ("the top left of the map"), where no landmark has it."""
+__all__ = ["MAP_CLASS", "Sense", "is_map", "sense_of"]
 
 MAP_CLASS = {"left": "west", "right": "east", "front": "north", "behind": "south"}
 """Frame words said of the map -> the class they mean: its front is north."""
@@ -42,7 +40,7 @@ class Sense:
 
 def is_map(city: CityMap, ground: str) -> bool:
     """Tell whether a ground is the map itself."""
-    return ground == MAP and ground not in city
+    return ground == WHOLE_MAP and ground not in city
 
 
 def sense_of(

@@ -12,11 +12,11 @@ import torch
 from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
-from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, SpatialRelation
+from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, WHOLE_MAP, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
 from sloop_ppl.models.directions import COMPASS_RAD, FRAME_OFFSET_RAD
 from sloop_ppl.models.distance import distance_from, ground_distance_m, shape_fields
-from sloop_ppl.models.senses import MAP, MAP_CLASS, Sense, is_map, sense_of
+from sloop_ppl.models.senses import MAP_CLASS, Sense, is_map, sense_of
 
 __all__ = ["RelationTerm", "ground_relations"]
 
@@ -259,14 +259,14 @@ def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[s
     if not joint:
         return terms
     placed = tuple(dict.fromkeys(ground for ground in grounds if not is_map(city, ground)))
-    whole = (MAP,)
+    whole = (WHOLE_MAP,)
     if not placed:
         return [whole]
     return [placed, whole] if any(is_map(city, ground) for ground in grounds) else [placed]
 
 
 def _ground_id(ground: str, city: CityMap) -> str:
-    return MAP if is_map(city, ground) else city.landmark(ground).id
+    return WHOLE_MAP if is_map(city, ground) else city.landmark(ground).id
 
 
 def _class_of(word: str, of_map: bool) -> str:

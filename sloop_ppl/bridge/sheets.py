@@ -22,7 +22,9 @@ _NEGLIGIBLE = 0.005
 
 
 def figure_of(
-    posterior: Posterior, truths: Mapping[str, tuple[float, float]] | None = None
+    posterior: Posterior,
+    truths: Mapping[str, tuple[float, float]] | None = None,
+    rng: np.random.Generator | None = None,
 ) -> Figure:
     """Draw a sheet for every target; see :func:`sheet_of`.
 
@@ -30,15 +32,19 @@ def figure_of(
     ----------
     posterior : what is believed.
     truths : true places of targets, metres, as far as they are known.
+    rng : wanted by engines that draw.
     """
     known = truths or {}
     return plot_sheets(
-        posterior, {t: sheet_of(posterior, t, known.get(t)) for t in posterior.targets}
+        posterior, {t: sheet_of(posterior, t, known.get(t), rng) for t in posterior.targets}
     )
 
 
 def sheet_of(
-    posterior: Posterior, target: str, truth: tuple[float, float] | None = None
+    posterior: Posterior,
+    target: str,
+    truth: tuple[float, float] | None = None,
+    rng: np.random.Generator | None = None,
 ) -> SheetParts:
     """Return what explains the belief of one target.
 
@@ -56,11 +62,14 @@ def sheet_of(
     components = {k: p for k, p in posterior.component(target).items() if k in weights}
     return SheetParts(
         parts=dict(zip(words, phrase_tables(posterior, target), strict=True)) if several else {},
-        grounds={w: r.grounds for w, r in zip(words, relations, strict=True)},
+        grounds={
+            w: [ground for ground in r.grounds if ground in posterior.city]
+            for w, r in zip(words, relations, strict=True)
+        },
         component_maps=_component_maps(posterior, target) if len(components) > 1 else {},
         components=components if len(components) > 1 else {},
         component_prior=weights,
-        influence=dict(zip(words, (i.bits for i in posterior.influence(target)), strict=True))
+        influence=dict(zip(words, (i.bits for i in posterior.influence(target, rng)), strict=True))
         if several
         else {},
         fronts=_fronts(posterior, target),

@@ -47,7 +47,9 @@ def facing(angle_rad: float) -> str:
 
 
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:
-    grounds = " and ".join(city.landmark(ground).label for ground in relation.grounds)
+    grounds = " and ".join(
+        city.landmark(ground).label if ground in city else "the map" for ground in relation.grounds
+    )
     denied = "not " if relation.negated else ""
     far = f"{relation.distance_m:g} m " if relation.distance_m is not None else ""
     said = _PHRASES.get(relation.relation, "{}")

@@ -18,6 +18,7 @@ from sloop_ppl.language.vocabulary import (
     FRAME_RELATIONS,
     RELATION_CLASSES,
     RELATIONS,
+    WHOLE_MAP,
     check_relation,
 )
 
@@ -53,6 +54,7 @@ __all__ = [
     "PARSERS",
     "RELATIONS",
     "RELATION_CLASSES",
+    "WHOLE_MAP",
     "Description",
     "Parser",
     "Recognised",

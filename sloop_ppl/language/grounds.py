@@ -10,11 +10,11 @@ from sloop_ppl.language.items import Item
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.places import PlaceIndex
+from sloop_ppl.language.vocabulary import WHOLE_MAP
 from sloop_ppl.language.words import Word
 
-__all__ = ["WHOLE_MAP", "Ground", "GroundReader"]
+__all__ = ["Ground", "GroundReader"]
 
-WHOLE_MAP = "Map"
 """Id of the ground of "the top left of the map"; used where the map holds it."""
 
 _LONGEST_NAME = 8

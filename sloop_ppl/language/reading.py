@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.discourse import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
-from sloop_ppl.language.grounds import WHOLE_MAP, Ground, GroundReader
+from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.items import Item, place_phrases, read_items
 from sloop_ppl.language.ledger import Attached, Reading
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
@@ -160,9 +160,6 @@ def to_description(state: TextReading) -> Description:
 
 def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
     phrase = one.phrase
-    if any(g.kind == "map" for g in phrase.grounds) and WHOLE_MAP not in state.city:
-        state.reading.loose.append(Ground("unknown", phrase.cue[0], phrase.last))
-        return []
     groups = [phrase.grounds] if phrase.joint else [(g,) for g in phrase.grounds]
     return [
         SpatialRelation(

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from sloop_ppl.errors import UnknownName
 
-__all__ = ["COMPASS", "FRAME_RELATIONS", "RELATIONS", "RELATION_CLASSES", "check_relation"]
+__all__ = [
+    "COMPASS",
+    "FRAME_RELATIONS",
+    "RELATIONS",
+    "RELATION_CLASSES",
+    "WHOLE_MAP",
+    "check_relation",
+]
 
 RELATION_CLASSES: dict[str, tuple[str, ...]] = {
     "contact": ("on", "at", "in", "inside", "along", "within", "middle", "side", "adjacent"),
@@ -38,6 +45,9 @@ COMPASS = (
     "north", "south", "east", "west", "northeast", "northwest", "southeast", "southwest",
 )  # fmt: skip
 """Classes whose direction is fixed by the map."""
+
+WHOLE_MAP = "Map"
+"""Id of the map itself as a ground ("the top left of the map"), unless a landmark has it."""
 
 FRAME_RELATIONS = ("front", "behind", "left", "right")
 """Classes whose direction depends on which way the ground faces."""

@@ -135,7 +135,8 @@ def _draw(
 
     city = posterior.city
     belief = check_cells(posterior.belief(target), city, f"The belief of '{target}'")
-    grounds = [g for relation in posterior.relations(target) for g in relation.grounds]
+    said = posterior.relations(target)
+    grounds = [g for relation in said for g in relation.grounds if g in city]
     layer = draw_map(ax, city, labels=labels, highlight=grounds, muted=True, cells=True)
     image = draw_cells(ax, belief, city.grid)
     handles = draw_hpd(ax, belief, city.grid)
