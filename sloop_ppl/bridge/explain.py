@@ -22,11 +22,16 @@ _CERTAIN = 1 - 1e-9
 _MOST_PLACES = 3
 
 
-def explain_lines(posterior: Posterior) -> list[str]:
+def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) -> list[str]:
     """Return lines that explain the belief of every target.
 
     Where the mass is; how many bits each phrase is worth; which component and which front the
     belief rests on; and which phrase or front, if it were otherwise, would move it.
+
+    Parameters
+    ----------
+    posterior : what is believed.
+    rng : wanted by engines that draw.
     """
     lines = []
     for target in posterior.targets:
@@ -35,7 +40,7 @@ def explain_lines(posterior: Posterior) -> list[str]:
         if not posterior.relations(target):
             lines.append("  nothing was said of it: this is its prior")
             continue
-        lines += [f"  {line}" for line in _why(posterior, target)]
+        lines += [f"  {line}" for line in _why(posterior, target, rng)]
     return lines
 
 
@@ -57,9 +62,9 @@ def _where(posterior: Posterior, target: str) -> Iterator[str]:
         )
 
 
-def _why(posterior: Posterior, target: str) -> Iterator[str]:
+def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> Iterator[str]:
     words = relations_in_words(posterior, target)
-    influences = sorted(posterior.influence(target), key=lambda i: -i.bits)
+    influences = sorted(posterior.influence(target, rng), key=lambda i: -i.bits)
     yield "phrases, by how much the belief owes to each:"
     for influence in influences:
         yield f"  {influence.bits:.2f} bits  “{words[influence.index]}”"

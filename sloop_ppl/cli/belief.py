@@ -35,9 +35,12 @@ def infer(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say why the belief is where it is.")
     ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of engines that draw.")] = 0,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are."""
+    import numpy as np
+
     import sloop_ppl as sloop
     from sloop_ppl.bridge.explain import explain_lines
     from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
@@ -55,19 +58,20 @@ def infer(
         check_output(export, (".geojson", ".json"))
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
-        params=params, prior=prior,
+        params=params, prior=prior, rng=np.random.default_rng(seed),
     )  # fmt: skip
     for line in unresolved_lines(posterior):
         progress(line)
     if out:
         posterior.save(out)
     if figure:
-        sloop.plots.save_figure(figure_of(posterior), figure)
+        sloop.plots.save_figure(figure_of(posterior, rng=np.random.default_rng(seed)), figure)
     if export:
         write_geojson(posterior, export)
+    why = explain_lines(posterior, rng=np.random.default_rng(seed)) if explain else []
     if json:
         print_json(belief_report(posterior))
-        for line in explain_lines(posterior) if explain else ():
+        for line in why:
             progress(line)
     else:
-        print_data(*(explain_lines(posterior) if explain else belief_lines(posterior)))
+        print_data(*(why or belief_lines(posterior)))

@@ -197,3 +197,17 @@ def test_any_map_file_works_like_a_bundled_name(tmp_path, capsys):
         json.loads(by_path)["targets"]["GreenToyota"]["mode_m"]
         == (json.loads(by_name)["targets"]["GreenToyota"]["mode_m"])
     )
+
+
+def test_an_engine_that_draws_is_seeded(capsys):
+    given = ("infer", TEXT, "--map", "cleveland", "--engine", "importance", "--seed", "3")
+    first, again = (run(capsys, *given, "--json")[0] for _ in range(2))
+    assert first == again
+    other, _ = run(capsys, *given[:-1], "4", "--json")
+    assert other != first
+
+
+def test_an_explanation_beside_json_goes_to_stderr(capsys):
+    out, err = run(capsys, "infer", TEXT, "--map", "cleveland", "--json", "--explain")
+    assert json.loads(out)["map"] == "cleveland"
+    assert "what would change it:" in err
