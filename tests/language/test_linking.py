@@ -47,3 +47,24 @@ def test_digits_and_compass_words_are_never_matched_approximately(said):
 
 def test_the_streets_are_meant_rather_than_the_stop_named_after_them():
     assert linked("Grant Street & 12th Avenue", "denver") == ["GrantSt", "East12thAvenue"]
+
+
+def test_a_direction_is_no_letter_of_a_name():
+    """ "South of Sokos" means the Sokos there is, not the S Market Sokos."""
+    from shapely import Point
+
+    from sloop_ppl.language import parse
+    from sloop_ppl.maps import CityMap, Grid, Landmark
+
+    city = CityMap(
+        "square",
+        Grid.square(100),
+        (
+            Landmark("Sokos", "poi", Point(0, 0), "Sokos"),
+            Landmark("SMarketSokos", "poi", Point(50, 0), "S Market Sokos"),
+        ),
+    )
+    (relation,) = parse("the red car is south of Sokos", city).relations
+    assert (relation.relation, relation.grounds) == ("south", ("Sokos",))
+    (relation,) = parse("the red car is near S Market Sokos", city).relations
+    assert relation.grounds == ("SMarketSokos",)
