@@ -84,7 +84,8 @@ def _fit(target: GivenFronts, log_cells: Tensor, steps: int, draws: int) -> Tens
 
     start = init_to_value(values={"fronts": likeliest_fronts(target).float()})
     guide = AutoNormal(program, init_loc_fn=start, init_scale=0.5)
-    fit = SVI(program, guide, optim.PyroOptim(torch.optim.Adam, {"lr": 0.03}), Trace_ELBO(num_particles=4))
+    adam = optim.PyroOptim(torch.optim.Adam, {"lr": 0.03})
+    fit = SVI(program, guide, adam, Trace_ELBO(num_particles=4))
     for _ in range(steps):
         fit.step()
     with torch.no_grad():

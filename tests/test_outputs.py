@@ -36,7 +36,7 @@ def test_a_folder_in_place_of_the_file_is_refused(tmp_path):
 def test_a_folder_one_may_not_write_to_is_refused(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(
-        OutputError, match="cannot be written: (permission denied|Permission denied)"
+        OutputError, match=r"cannot be written: (permission denied|Permission denied)"
     ):
         check_output(tmp_path / "a.png", (".png",))
 
