@@ -12,6 +12,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.models.logspace import log_normalise
 from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 from sloop_ppl.registry import Registry
 
 __all__ = ["COMBINATIONS", "CUT_TO", "Component", "PhraseTable", "cut_below_uniform"]
@@ -101,10 +102,20 @@ def _nothing(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  #
     return torch.zeros(1, terms[0].city.grid.size, dtype=torch.float64)
 
 
+def _idle(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+    """Return one row: each phrase is any of a speaker's words, as likely, wherever the target is.
+
+    Under ``speaker`` normalisation it is the probability of words chosen carelessly.
+    """
+    log_p = -len(terms) * math.log(len(SPEAKER_WORDS))
+    return torch.full((1, terms[0].city.grid.size), log_p, dtype=torch.float64)
+
+
 COMBINATIONS.add("product", _product)
 COMBINATIONS.add("sum", _sum)
 COMBINATIONS.add("keyword", _keyword)
 COMBINATIONS.add("nothing", _nothing)
+COMBINATIONS.add("idle", _idle)
 
 
 def cut_below_uniform(log_p: Tensor) -> Tensor:

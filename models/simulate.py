@@ -1,0 +1,205 @@
+"""Run the speaker forward: place targets, and say where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, TargetObject
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models.components import Component
+from sloop_ppl.models.frames import PredictedSpread
+from sloop_ppl.models.likelihoods import LIKELIHOODS
+from sloop_ppl.models.phrases import front_prior
+from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.templates import in_english, speakable_grounds
+from sloop_ppl.models.terms import RelationTerm, ground_relations
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+
+__all__ = ["SPEAKER", "Latents", "Simulated", "simulate"]
+
+_FRONTS = 360
+
+SPEAKER = Preset(
+    name="speaker",
+    components=(Component("literal", 0.85), Component("careless", 0.15, combine="idle")),
+    likelihood=LIKELIHOODS["student-vonmises"],
+    frame_prior=PredictedSpread(absolute=0.0),
+    normalisation="speaker",
+    lapse=0.1,
+)
+"""A speaker whose every choice has a probability: means what is said, or chooses carelessly."""
+
+
+@dataclass(frozen=True)
+class Latents:
+    """What lay behind what was said of one target.
+
+    Parameters
+    ----------
+    place_m : centre of its cell, (x, y) metres.
+    cell : row (row 0 in the south) and column.
+    component : name of the speaker's component.
+    fronts_rad : per phrase, the front its ground had for the speaker.
+    lapses : per phrase, whether it was a slip.
+    """
+
+    place_m: tuple[float, float]
+    cell: tuple[int, int]
+    component: str
+    fronts_rad: tuple[float, ...]
+    lapses: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A description and what lay behind it.
+
+    Parameters
+    ----------
+    description : relations, and the text that says them.
+    latents : target -> what lay behind.
+    """
+
+    description: Description
+    latents: Mapping[str, Latents]
+
+
+def simulate(
+    city: CityMap,
+    targets: Sequence[str | TargetObject],
+    rng: np.random.Generator,
+    *,
+    model: Preset = SPEAKER,
+    phrases: int | tuple[int, int] = (1, 3),
+    grounds: Sequence[str] | None = None,
+    prior: NDArray[np.float64] | None = None,
+) -> Simulated:
+    """Draw a description from the generative model.
+
+    Parameters
+    ----------
+    city : the map.
+    targets : objects, or ids; the ids of the default objects have their names.
+    rng : where everything is drawn from.
+    model : a model with ``speaker`` normalisation whose components are products or ``idle``.
+    phrases : how many phrases a target gets: a number, or the least and the most, as likely each.
+    grounds : ids of the landmarks that may be spoken of; those with a name of their own when None.
+    prior : weights of the cells, shape (H, W); uniform when None.
+
+    Returns
+    -------
+    Simulated
+        The relations, English that `sloop_ppl.parse` reads back, and the latents.
+
+    Raises
+    ------
+    InputError : when the model cannot be run forward, or there are too few grounds.
+
+    Notes
+    -----
+    For each target: component, then cell, from their priors; grounds uniformly without
+    replacement, whatever the cell, so that inference loses nothing by taking them as given; for
+    each phrase a front from the model's prior, a slip with the model's lapse, and a word: any
+    when it slips or the component is idle, else from the softmax over `SPEAKER_WORDS` of log g.
+    Fronts are drawn from the same angles that inference sums over.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> drawn = simulate(load_map("cleveland"), ["RedBike"], np.random.default_rng(0), phrases=2)
+    >>> len(drawn.description.relations)
+    2
+    """
+    _check_model(model)
+    named = {target.id: target for target in DEFAULT_TARGETS}
+    objects = tuple(
+        named.get(t, TargetObject(t, (t,))) if isinstance(t, str) else t for t in targets
+    )
+    choice = tuple(speakable_grounds(city) if grounds is None else grounds)
+    least, most = (phrases, phrases) if isinstance(phrases, int) else phrases
+    if not 1 <= least <= most <= len(choice):
+        raise InputError(
+            f"A target should get {least} to {most} phrases; expected 1 to {len(choice)}, the "
+            "number of grounds that can be spoken of"
+        )
+    weights = np.ones(city.grid.size) if prior is None else np.asarray(prior, float).reshape(-1)
+    relations: list[SpatialRelation] = []
+    latents = {}
+    for target in objects:
+        picked = rng.choice(len(choice), int(rng.integers(least, most + 1)), replace=False)
+        said, behind = _speak(target.id, [choice[i] for i in picked], city, model, weights, rng)
+        relations += said
+        latents[target.id] = behind
+    text = in_english(relations, objects, city)
+    return Simulated(Description(text, city.name, objects, tuple(relations)), latents)
+
+
+def _speak(
+    figure: str,
+    grounds: Sequence[str],
+    city: CityMap,
+    model: Preset,
+    weights: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> tuple[list[SpatialRelation], Latents]:
+    mixture = np.array([part.weight for part in model.components])
+    component = model.components[rng.choice(len(mixture), p=mixture / mixture.sum())]
+    cell = int(rng.choice(len(weights), p=weights / weights.sum()))
+    said, fronts, lapses = [], [], []
+    for ground in grounds:
+        about = SpatialRelation(figure, "front", (ground,))
+        (term,) = ground_relations((about,), city, joint=model.joint_grounds)
+        believed = front_prior(term, model)
+        angles, mass = believed.bins(_FRONTS) if believed else (np.zeros(1), np.ones(1))
+        front = float(rng.choice(angles, p=mass / mass.sum()))
+        slipped = bool(rng.random() < model.lapse)
+        idle = slipped or component.combine == "idle"
+        chances = None if idle else _word_chances(term, model, front, cell)
+        word = SPEAKER_WORDS[rng.choice(len(SPEAKER_WORDS), p=chances)]
+        said.append(replace(about, relation=word))
+        fronts.append(front)
+        lapses.append(slipped)
+    row, col = divmod(cell, city.grid.n_cols)
+    place = (float(city.grid.x_m[col]), float(city.grid.y_m[row]))
+    return said, Latents(place, (row, col), component.name, tuple(fronts), tuple(lapses))
+
+
+def _word_chances(
+    term: RelationTerm, model: Preset, front_rad: float, cell: int
+) -> NDArray[np.float64]:
+    """Return the probability of each word, summing to one: the softmax of log g."""
+    log_g = []
+    with torch.no_grad():
+        for word in SPEAKER_WORDS:
+            option = term.as_relation(word)
+            towards = front_rad + option.offset_rad if option.needs_frame else option.compass_rad
+            direction = None if towards is None else torch.tensor([towards], dtype=torch.float64)
+            log_g.append(float(model.likelihood.log_g(option, direction)[..., cell]))
+    chances: NDArray[np.float64] = np.exp(np.array(log_g) - max(log_g))
+    return chances / chances.sum()
+
+
+def _check_model(model: Preset) -> None:
+    if model.normalisation != "speaker":
+        raise InputError(
+            f"Model '{model.name}' has '{model.normalisation}' normalisation, which gives words "
+            "no probability; expected 'speaker'"
+        )
+    for part in model.components:
+        literal = part.combine == "product" and part.read_as is None and part.keep_frames
+        if not (literal or part.combine == "idle") or part.cut:
+            raise InputError(
+                f"Component '{part.name}' of model '{model.name}' gives words no probability; "
+                "expected plain products and combine='idle'"
+            )
+    if model.temper or model.error_m or model.shared_frames:
+        raise InputError(
+            f"Model '{model.name}' tempers, blurs or shares frames, which the speaker does not; "
+            "set temper and error_m to 0 and shared_frames to False"
+        )
