@@ -1,0 +1,64 @@
+"""The Python of the tutorials runs as it stands, and what they say is so."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+from sloop_ppl.inference import ENGINES
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "your_own_likelihood.md").read_text()
+
+
+def blocks(kind):
+    return re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_likelihood_takes_at_most_twenty_lines():
+    code = next(code for code in blocks("python") if code.startswith("# mine.py\n"))
+    lines = [line for line in code.splitlines()[1:] if line.strip()]
+    assert len(lines) <= 20
+
+
+@pytest.mark.slow
+def test_the_page_on_likelihoods_runs(tmp_path, monkeypatch, capsys):
+    matplotlib.use("agg")
+    monkeypatch.chdir(tmp_path)
+    # Dataclasses look their module up.
+    names: dict[str, object] = {"__name__": "tutorial"}
+    monkeypatch.setitem(sys.modules, "tutorial", type(sys)("tutorial"))
+    for number, code in enumerate(blocks("python")):
+        if code.startswith("# mine.py\n"):
+            (tmp_path / "mine.py").write_text(code)
+        exec(compile(code, f"your_own_likelihood.md, block {number}", "exec"), names)
+    out = capsys.readouterr().out
+    assert "log_g of Cardioid for relation 'on' of an area is 5.9 at its highest; expected" in out
+    rows = dict(re.findall(r"^\| (\w+) \| (\S+) \|", out, re.MULTILINE))
+    for engine in ENGINES:
+        assert 0 <= float(rows[engine]) < 0.2
+    scores = re.findall(r"^(\w+) +(-\d\.\d\d) \(", out, re.MULTILINE)
+    assert [name for name, _ in scores] == ["paper", "cardioid", "bayes"]
+    assert all(float(score) > -7.43 for _, score in scores)
+    assert (tmp_path / "compared.png").stat().st_size > 30_000
+
+
+def test_the_parameters_of_the_page_are_some():
+    from sloop_ppl.models import preset
+    from sloop_ppl.models.tuning import with_parameters
+
+    (text,) = blocks("toml")
+    told = tomllib.loads(text)
+    assert told.pop("likelihood") == {"reach_m": 22.5}
+    assert with_parameters(preset("bayes"), told).lapse == 0.05
+
+
+def test_every_link_of_the_page_leads_somewhere():
+    links = re.findall(r"\]\((?!http)([^)]+)\)", PAGE)
+    assert len(links) == 2
+    assert [link for link in links if not (DOCS / link).exists()] == []
