@@ -43,6 +43,8 @@ from sloop_ppl.models import Preset
 if TYPE_CHECKING:
     import xarray
 
+    from sloop_ppl.models.simulate import Simulated
+
 __all__ = ["Posterior"]
 
 Table = NDArray[np.float64]
@@ -279,6 +281,23 @@ class Posterior:
             See :func:`sloop_ppl.inference.draws.draws_from`.
         """
         return draws_from(self, target, uniforms_for(self, target, n, rng))
+
+    def utterances(
+        self, target: str, n: int, *, rng: np.random.Generator, **options: Any
+    ) -> tuple[Simulated, ...]:
+        """Draw what would be said of a target, as far as is known where it is.
+
+        Parameters
+        ----------
+        target : id of the target.
+        n : how many descriptions, > 0.
+        rng : where they are drawn from.
+        **options : ``speaker``, ``phrases``, ``grounds``; see
+            :func:`sloop_ppl.inference.utterances.utterances_about`.
+        """
+        from sloop_ppl.inference.utterances import utterances_about
+
+        return utterances_about(self, target, n, rng=rng, **options)
 
     def to_geojson(self, target: str | None = None, least: float = 0.0) -> dict[str, Any]:
         """Return the cells of a target, or of all, as GeoJSON squares with their probability.
