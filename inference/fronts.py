@@ -37,7 +37,9 @@ __all__ = [
 
 Table = NDArray[np.float64]
 _NODES_PER_BIN = 5
-_MOST_NUMBERS = 4_000_000
+_MOST_CELLS = 20_000
+"""On larger maps one angle stands for a bin."""
+_MOST_NUMBERS = 8_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,8 @@ def front_prior(
         Angles in radians, probabilities that sum to one, and indices into `directions`, shape
         (M,) each. Points of the prior come first, at their own angle.
     """
-    angles, mass = front_distribution(term, model).bins(_NODES_PER_BIN * bins)
+    nodes = _NODES_PER_BIN if term.city.grid.size <= _MOST_CELLS else 1
+    angles, mass = front_distribution(term, model).bins(nodes * bins)
     return angles, mass, np.round(angles * bins / (2 * math.pi)).astype(np.intp) % bins
 
 
@@ -214,7 +217,10 @@ def _binned(
     step = max(1, _MOST_NUMBERS // cell_mass.size)
     for start in range(0, len(mass), step):
         part = slice(start, start + step)
-        np.add.at(table, home[part], mass[part, None] * weigh(part))
+        met, own = np.unique(home[part], return_inverse=True)
+        sums = np.zeros((len(met), len(own)))
+        sums[own, np.arange(len(own))] = mass[part]
+        table[met] += sums @ weigh(part)
     total = table.sum(0)
     scale = np.divide(cell_mass, total, out=np.zeros_like(total), where=total > 0)
     whole: Table = table * scale
