@@ -123,8 +123,9 @@ def _denied_if(log_g: Tensor, term: RelationTerm) -> Tensor:
 def _with_lapse(meant: Tensor, model: Preset) -> Tensor:
     if not model.lapse:
         return meant
-    idle = torch.full_like(meant, log_idle(model, meant.shape[-1]) + math.log(model.lapse))
-    return torch.logaddexp(meant + math.log1p(-model.lapse), idle)
+    lapse = torch.as_tensor(model.lapse, dtype=torch.float64)  # a tensor while it is learnt
+    idle = lapse.log() + log_idle(model, meant.shape[-1])
+    return torch.logaddexp(meant + torch.log1p(-lapse), idle)
 
 
 def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64] | Tensor) -> Tensor:
