@@ -124,7 +124,7 @@ class BeliefQuality:
 
 def score_beliefs(
     scenes: Sequence[DescribedScene],
-    models: Mapping[str, Preset],
+    models: Mapping[str, Preset | Mapping[str, Preset]],
     find_map: Callable[[str], CityMap] = load_map,
     *,
     relations: Relations = "gold",
@@ -136,7 +136,7 @@ def score_beliefs(
     Parameters
     ----------
     scenes : the descriptions; a line that tells no place of a target is passed over.
-    models : name -> model.
+    models : name -> model, or the model for each map by the map's name.
     find_map : gives the map of a description by name.
     relations : ``"gold"``, or ``"parsed"`` for what the rules read in the text.
     rng : draws the bootstrap.
@@ -168,7 +168,7 @@ def score_beliefs(
             for scene, city, said in read
             for (target, place), belief in zip(
                 scene.targets.items(),
-                beliefs_of(scene, said, city, model, progress).values(),
+                beliefs_of(scene, said, city, _for_map(model, scene.map), progress).values(),
                 strict=True,
             )
         ]
@@ -176,6 +176,10 @@ def score_beliefs(
         if progress:
             progress(f"{name}: {len(scores)} targets scored")
     return BeliefQuality(relations, qualities, paired_differences(qualities, rng=rng))
+
+
+def _for_map(model: Preset | Mapping[str, Preset], name: str) -> Preset:
+    return model if isinstance(model, Preset) else model[name]
 
 
 def read_scene(

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sloop_ppl.bridge.requests import model_of
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.eval.crossval import refitted
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
@@ -32,6 +33,7 @@ def score_quality(
     gold: bool = True,
     models: str | None = None,
     params: str | Path | None = None,
+    cv: str | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
@@ -43,6 +45,8 @@ def score_quality(
     gold : True for the gold relations, False for what the parser reads.
     models : names, separated by commas; all registered ones when None.
     params : file of parameters; see `models_named`.
+    cv : ``"city"`` to score each line with parameters refitted, on the gold relations, to the
+        lines of the other maps; the paper's methods keep theirs. None for no refitting.
     progress : told how it goes, a line at a time.
 
     Raises
@@ -50,10 +54,17 @@ def score_quality(
     SloopError : when a file, a name or a parameter cannot be used; before the work.
     """
     chosen = models_named(models, params)
+    if cv not in (None, "city"):
+        raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
+    scenes = read_descriptions(files, find)
+    used: dict[str, Preset | Mapping[str, Preset]] = dict(chosen)
+    for name in chosen if cv else ():
+        if name not in PAPER_METHODS:
+            used[name] = refitted(scenes, chosen[name], find, progress=progress)
     return score_beliefs(
-        read_descriptions(files, find),
-        chosen,
+        scenes,
+        used,
         find,
         relations="gold" if gold else "parsed",
         rng=np.random.default_rng(0),

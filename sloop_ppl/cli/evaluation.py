@@ -64,13 +64,17 @@ def quality(
         typer.Option(help="Models, separated by commas; else all.", show_default=False),
     ] = None,
     params: Params = None,
+    cv: Annotated[
+        str | None,
+        typer.Option(help="city: refit parameters without the line's city.", show_default=False),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Score what models believe against where the targets are."""
     from sloop_ppl.eval.quality_files import quality_lines, score_quality
 
     found = score_quality(
-        files, maps=maps, gold=gold, models=models, params=params, progress=progress
+        files, maps=maps, gold=gold, models=models, params=params, cv=cv, progress=progress
     )
     if json:
         print_json(found.to_json())

@@ -1,0 +1,66 @@
+"""Refit a model's parameters for each map on what was said of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.inference.learning import Example, fit
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap, load_map
+from sloop_ppl.models import Preset
+
+__all__ = ["examples_of", "refitted"]
+
+
+def examples_of(
+    scenes: Sequence[DescribedScene], find_map: Callable[[str], CityMap] = load_map
+) -> list[Example]:
+    """Return the gold relations of scenes with the cells of their targets, to learn from."""
+    examples = []
+    for scene in scenes:
+        city = find_map(scene.map)
+        said = Description(scene.text, city.name, scene.objects, scene.relations)
+        cells = {target: place.cell for target, place in scene.targets.items()}
+        examples.append(Example(said, city, cells))
+    return examples
+
+
+def refitted(
+    scenes: Sequence[DescribedScene],
+    model: Preset,
+    find_map: Callable[[str], CityMap] = load_map,
+    *,
+    iterations: int = 30,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Preset]:
+    """Return map name -> the model fitted to the scenes of all other maps.
+
+    Parameters
+    ----------
+    scenes : of at least two maps.
+    model : where the fit starts.
+    find_map : gives the map of a scene by name.
+    iterations : at most this many of L-BFGS per fit.
+    progress : told how it goes, a line at a time.
+
+    Raises
+    ------
+    InputError : when all scenes are of one map.
+    """
+    maps = list(dict.fromkeys(scene.map for scene in scenes))
+    if len(maps) < 2:
+        raise InputError(
+            f"The descriptions are of one map ({', '.join(maps)}); expected at least two, so that "
+            "one can be left out"
+        )
+    found = {}
+    for left_out in maps:
+        rest = examples_of([scene for scene in scenes if scene.map != left_out], find_map)
+        fitted = fit(rest, model, iterations=iterations)
+        found[left_out] = fitted.apply(model)
+        if progress:
+            score = fitted.provenance["mean_log_score_after"]
+            progress(f"{model.name} without {left_out}: mean log score {score:.3f} on the rest")
+    return found
