@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from sloop_ppl.models.directions import ABSOLUTE_FRONT_RAD
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.registry import Registry
 
@@ -29,7 +30,12 @@ class NearestStreet:
     """
 
     def __call__(self, term: RelationTerm) -> tuple[float, ...]:
-        """Return one front for a building, two for a street, none on a map without streets."""
+        """Return one front for a building, two for a street, none on a map without streets.
+
+        The map itself faces north.
+        """
+        if term.is_map:
+            return (ABSOLUTE_FRONT_RAD,)
         if term.is_line:
             normal = term.line_normal_rad
             return normal, math.remainder(normal + math.pi, 2 * math.pi)
