@@ -84,8 +84,8 @@ def gather_evidence(
     columns: list[list[_Scored | None]] = []
     for i, said in enumerate(terms):
         if model.needs_truth and truths is not None:
-            column = [_informed(city, truths[i], model.informed_sigma_m or 0.0)]
-            columns.append(list(column * len(model.components)))
+            around = _informed(city, truths[i], model.informed_sigma_m or 0.0)
+            columns.append([around for _ in model.components])
             continue
         columns.append(
             [_scored(part, said, model, phrases, city.grid) for part in model.components]
