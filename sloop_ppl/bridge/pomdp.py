@@ -15,6 +15,7 @@ from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
+from sloop_ppl.search._pomdp import Observation, ObservationModel
 
 __all__ = ["LanguageObservationModel", "Utterance", "as_histogram"]
 
@@ -73,7 +74,7 @@ def as_histogram(
     return pomdp_py.Histogram({state: p / total for state, p in weights.items()})
 
 
-class Utterance(pomdp_py.Observation):
+class Utterance(Observation):
     """A description as an observation, where a domain wants a pomdp-py class.
 
     Parameters
@@ -94,7 +95,7 @@ class Utterance(pomdp_py.Observation):
         return f"Utterance({self.description.text if self.description else None!r})"
 
 
-class LanguageObservationModel(pomdp_py.ObservationModel):
+class LanguageObservationModel(ObservationModel):
     """The probability of a description given where one target is.
 
     Parameters
