@@ -25,6 +25,7 @@ from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import PredictedSpread, Preset
 from sloop_ppl.models.likelihoods import parameters_of, with_values
 from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
+from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.registry import Registry
 from sloop_ppl.rng import child
 
@@ -114,6 +115,7 @@ def calibrate(
     fault: Fault | None = None,
     phrases: int = 2,
     grounds: Sequence[str] | None = None,
+    reach_m: float | None = None,
 ) -> Calibration:
     """Simulate descriptions, infer, and rank what was true in what is believed.
 
@@ -126,6 +128,8 @@ def calibrate(
     fault : what is wrong with inference; nothing when None.
     phrases : phrases of each description.
     grounds : landmarks that are spoken of; see :func:`sloop_ppl.models.simulate.simulate`.
+    reach_m : targets are placed, and believed to be, within this distance of one of the grounds:
+        far from all of them a width makes no difference to what is said. Anywhere when None.
 
     Returns
     -------
@@ -142,18 +146,28 @@ def calibrate(
     """
     wrong = fault or Fault()
     believed = wrong.model(model)
+    spoken = speakable_grounds(city) if grounds is None else tuple(grounds)
+    away = np.min([city.fields(ground).distance_m for ground in spoken], axis=0)
+    prior = np.ones(city.grid.shape) if reach_m is None else (away <= reach_m) * 1.0
     rows: list[dict[str, float]] = []
     for i in range(n):
         stream = child(rng, "calibration", i)
-        drawn = simulate(city, [_TARGET], stream, model=model, phrases=phrases, grounds=grounds)
-        rows.append(_ranks(drawn, city, believed, wrong, stream))
+        drawn = simulate(
+            city, [_TARGET], stream, model=model, phrases=phrases, grounds=spoken, prior=prior
+        )
+        rows.append(_ranks(drawn, city, believed, wrong, prior, stream))
     return Calibration({name: np.array([row[name] for row in rows]) for name in rows[0]})
 
 
 def _ranks(
-    drawn: Simulated, city: CityMap, model: Preset, wrong: Fault, rng: np.random.Generator
+    drawn: Simulated,
+    city: CityMap,
+    model: Preset,
+    wrong: Fault,
+    prior: Table,
+    rng: np.random.Generator,
 ) -> dict[str, float]:
-    posterior, _ = infer_description(wrong.hear(drawn.description), city, model)
+    posterior, _ = infer_description(wrong.hear(drawn.description), city, model, prior=prior)
     truth = drawn.latents[_TARGET]
     belief = wrong.see(posterior.belief(_TARGET))
     row, col = truth.cell
@@ -253,6 +267,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.add_argument("--out", type=Path, default=Path("calibration"), help="folder of plots")
     options.add_argument("--map", default="cleveland")
     options.add_argument("--cell-m", type=float, default=10.0)
+    options.add_argument("--grounds", help="landmarks spoken of, separated by commas")
+    options.add_argument("--reach-m", type=float, help="targets are this near to one of them")
     options.add_argument("--simulations", type=int, default=400)
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--fault", choices=list(FAULTS), help="plant a fault, which should fail")
@@ -263,6 +279,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given.simulations,
         rng=np.random.default_rng(given.seed),
         fault=FAULTS[given.fault] if given.fault else None,
+        grounds=given.grounds.split(",") if given.grounds else None,
+        reach_m=given.reach_m,
     )
     plot_ranks(found, given.out)
     for name, p in found.p_values.items():
