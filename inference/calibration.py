@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -199,7 +200,7 @@ def _ranks(
     }
 
 
-def _rank(mass: Table, order: Table, true: int, rng: np.random.Generator) -> float:
+def _rank(mass: Table, order: NDArray[Any], true: int, rng: np.random.Generator) -> float:
     """Return the mass ordered below the true value, plus a random share of that level with it."""
     below = float(mass[order < order[true]].sum())
     level = float(mass[order == order[true]].sum())

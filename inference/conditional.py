@@ -148,4 +148,5 @@ def _von_mises_quantile(level: NDArray[np.float64], kappa: float) -> NDArray[np.
     angles = np.linspace(-reach, reach, 4097)
     density = np.exp(kappa * (np.cos(angles) - 1))
     mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
-    return np.interp(level, mass / mass[-1], angles)
+    found: NDArray[np.float64] = np.interp(level, mass / mass[-1], angles)
+    return found

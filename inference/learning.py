@@ -146,12 +146,12 @@ def fit(
     def closure() -> Tensor:
         optimiser.zero_grad()
         value = loss()
-        value.backward()  # type: ignore[no-untyped-call]
+        value.backward()
         return value
 
     best, best_z, waited, done, last = -math.inf, z.detach().clone(), 0, 0, math.inf
     while done < iterations and waited < _PATIENCE:
-        value = float(optimiser.step(closure).detach())  # type: ignore[no-untyped-call]
+        value = float(optimiser.step(closure).detach())
         done += _ROUND
         now = score(checks or rows)
         if progress:
@@ -231,7 +231,8 @@ class _Free:
         self._model = model
         declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
         declared |= {p.name: ("model", p) for p in _MODEL}
-        spread = is_dataclass(model.frame_prior) and hasattr(model.frame_prior, "kappa")
+        prior: Any = model.frame_prior
+        spread = is_dataclass(prior) and hasattr(prior, "kappa")
         if spread and model.normalisation != "speaker":
             declared["kappa"] = ("frames", _KAPPA)
         known = [*declared, *(["weights"] if len(model.components) > 1 else [])]

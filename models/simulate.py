@@ -182,7 +182,8 @@ def _word_chances(
             direction = None if towards is None else torch.tensor([towards], dtype=torch.float64)
             log_g.append(float(model.likelihood.log_g(option, direction)[..., cell]))
     chances: NDArray[np.float64] = np.exp(np.array(log_g) - max(log_g))
-    return chances / chances.sum()
+    total: NDArray[np.float64] = chances / chances.sum()
+    return total
 
 
 def _check_model(model: Preset) -> None:
