@@ -132,7 +132,7 @@ def _draw(prior: FrameDistribution, n: int, rng: np.random.Generator) -> NDArray
     level = (rng.permutation(n) + rng.random(n)) / n
     which = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, len(weights) - 1)
     within = (level - edges[which]) / np.maximum(edges[which + 1] - edges[which], 1e-300)
-    drawn = math.pi * (2 * within - 1)
+    drawn: NDArray[np.float64] = math.pi * (2 * within - 1)
     for i, part in enumerate(prior.parts):
         chosen = which == i
         if math.isinf(part.kappa):
