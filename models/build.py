@@ -74,7 +74,8 @@ class OpenProgram:
                 if phrase.atoms is not None:
                     front = phrase.atoms.index(pyro.sample(f"{target}/frame_{j}", phrase.atoms))
                 if phrase.lapse:
-                    lapsed = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(phrase.lapse)).long()
+                    chance = torch.tensor(phrase.lapse, dtype=torch.float64)
+                    lapsed = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(chance)).long()
                 setting = shared if phrase.table.shape[1] > 1 else torch.tensor(0)
                 log_g = vindex(phrase.table, (component, setting, lapsed, front, cell))
                 pyro.sample(f"{target}/truth_{j}", TruthValue(log_g), obs=torch.ones(()))
@@ -117,11 +118,14 @@ def build(
 
     Examples
     --------
+    >>> import pyro
     >>> import sloop_ppl as sloop
     >>> city = sloop.load_map("cleveland")
     >>> said = sloop.parse("the green toyota is behind velvet dog", city)
-    >>> sorted(sloop.models.build(said, city, "bayes")())
-    ['GreenToyota']
+    >>> program = sloop.models.build(said, city, "bayes")
+    >>> trace = pyro.poutine.trace(program).get_trace()
+    >>> [name for name in trace.stochastic_nodes if "/" in name]
+    ['GreenToyota/component', 'GreenToyota/cell', 'GreenToyota/frame_0']
     """
     chosen = preset(model)
     targets = tuple(target.id for target in description.targets)

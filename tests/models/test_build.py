@@ -1,0 +1,86 @@
+"""The open program is an ordinary Pyro model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pyro
+import pytest
+import torch
+from pyro import poutine
+from pyro.infer import Predictive, TraceEnum_ELBO, config_enumerate
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import infer_description
+from sloop_ppl.models import build, preset
+from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
+
+CITY = house_and_street(symmetric_grid(9), street_y=18.0)
+MODEL = replace(preset("bayes"), lapse=0.1)
+SPOKEN = said(relation("behind", "House"), relation("near", "MainSt"))
+
+
+@pytest.fixture
+def program():
+    return build(SPOKEN, CITY, MODEL, frame_bins=24)
+
+
+def test_every_latent_is_a_named_site(program):
+    trace = poutine.trace(program).get_trace()
+    names = {f"{TARGET}/{site}" for site in ("component", "cell", "frame_0", "lapse_0", "lapse_1")}
+    assert set(trace.stochastic_nodes) >= names
+    assert {f"{TARGET}/truth_0", f"{TARGET}/truth_1"} <= set(trace.observation_nodes)
+
+
+def test_conditioning_fixes_a_site(program):
+    fixed = poutine.condition(program, data={f"{TARGET}/cell": torch.tensor(7)})
+    assert int(fixed()[TARGET]) == 7
+
+
+def test_doing_cuts_a_site_from_its_prior(program):
+    """An intervened front adds nothing to the log probability, a conditioned one its prior."""
+    data = {
+        f"{TARGET}/component": torch.tensor(0),
+        f"{TARGET}/cell": torch.tensor(40),
+        f"{TARGET}/lapse_0": torch.tensor(0.0),
+        f"{TARGET}/lapse_1": torch.tensor(0.0),
+    }
+    front = {f"{TARGET}/frame_0": torch.tensor(0.0, dtype=torch.float64)}
+    conditioned = poutine.condition(program, data={**data, **front})
+    done = poutine.do(poutine.condition(program, data=data), data=front)
+    a, b = (poutine.trace(p).get_trace() for p in (conditioned, done))
+    prior = program.phrases[0][0].atoms.log_prob(front[f"{TARGET}/frame_0"])
+    b.compute_log_prob()
+    a.compute_log_prob()
+    truth = f"{TARGET}/truth_0"
+    assert float(a.nodes[truth]["log_prob"]) == pytest.approx(float(b.nodes[truth]["log_prob"]))
+    assert float(a.nodes[f"{TARGET}/frame_0"]["log_prob"]) == pytest.approx(float(prior))
+    assert f"{TARGET}/frame_0" not in b.observation_nodes
+
+
+def test_predictive_draws_from_the_prior(program):
+    pyro.set_rng_seed(0)
+    drawn = Predictive(program, num_samples=400)()[f"{TARGET}/component"].flatten()
+    share = torch.bincount(drawn, minlength=4).double() / 400
+    # The no-frame component applies too ("near" is left): standard error below .025.
+    np.testing.assert_allclose(share, program.evidence.log_weight[0].exp(), atol=0.1)
+
+
+def test_the_enumerated_bound_is_the_log_evidence(program):
+    """With nothing left to a guide, Pyro's TraceEnum_ELBO is exact."""
+    elbo = TraceEnum_ELBO(max_plate_nesting=0)
+    loss = elbo.loss(config_enumerate(program), lambda: None)
+    exact, _ = infer_description(SPOKEN, CITY, MODEL)
+    assert -loss == pytest.approx(exact.log_evidence, abs=2e-3)  # 24 fronts, not all
+
+
+def test_the_program_can_be_drawn(program):
+    graph = pyro.render_model(program)
+    assert f"{TARGET}/frame_0" in graph.source
+
+
+def test_tables_that_would_not_fit_are_refused():
+    big = house_and_street(symmetric_grid(401), street_y=900.0)
+    with pytest.raises(InputError, match="use fewer frame_bins, a smaller map, or the exact"):
+        build(said(relation("behind", "House")), big, MODEL, frame_bins=720)
