@@ -18,7 +18,7 @@ def unreadable(path: Path, error: Exception) -> MapError:
     told = " ".join(str(error).split()) or type(error).__name__
     feature = name = None
     if found := _COORDINATE.search(told):
-        value = found[1] or found[2]
+        value = found[2] if found[1] is None else found[1]
         if bearer := next(_bearers(path, value), None):
             feature, name = bearer
             told = f"{feature}: field '{name}' is {value!r}"

@@ -98,6 +98,14 @@ def test_a_way_through_such_a_place_is_refused_too(tmp_path):
     assert refused(tmp_path / "a.osm", osm.text()).feature == "node/5"
 
 
+def test_a_coordinate_that_is_empty_names_its_node(tmp_path):
+    osm = block()
+    osm.nodes.append('<node id="5" lat="" lon="1"/>')
+    osm.ways.append('<way id="99"><nd ref="5"/><nd ref="1000"/><tag k="highway" v="path"/></way>')
+    error = refused(tmp_path / "a.osm", osm.text())
+    assert (error.feature, error.field) == ("node/5", "lat")
+
+
 def test_ways_without_any_of_their_nodes_are_left_out(tmp_path):
     osm = OsmWriter()
     osm.node(0, 0, 1, shop="yes")
