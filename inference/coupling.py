@@ -7,12 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.said import Said
 
-__all__ = ["Coupling"]
+__all__ = ["Coupling", "log_sum"]
 
 Table = NDArray[np.float64]
 
@@ -62,12 +61,12 @@ class Coupling:
         self._log_p = np.zeros(len(self._settings))
         for column, shared in enumerate(self._shared):
             self._log_p += shared.log_prior.numpy()[self._settings[:, column]]
-        self._message = {target: logsumexp(self._rest(target, None), -1) for target in log_prior}
+        self._message = {target: log_sum(self._rest(target, None), -1) for target in log_prior}
 
     @property
     def log_evidence(self) -> float:
         """Log probability of all that was said and sensed."""
-        return float(logsumexp(self._log_p + sum(self._message.values())))
+        return float(log_sum(self._log_p + sum(self._message.values()), 0))
 
     def possible(self, target: str) -> bool:
         """Tell whether some cell of the target has a positive probability."""
@@ -75,7 +74,7 @@ class Coupling:
 
     def belief(self, target: str) -> Table:
         """Return the probability of each cell, shape (S,)."""
-        log_p = logsumexp(self._rest(target, None) + self._others(target)[:, None], axis=0)
+        log_p = log_sum(self._rest(target, None) + self._others(target)[:, None], 0)
         return _normalised(log_p)
 
     def joint(self, target: str, which: int) -> Table:
@@ -88,9 +87,9 @@ class Coupling:
         if part.shared.size > 1:
             column = self._column(part)
             own = self._settings[:, column]
-            rest = np.stack([logsumexp(rest[own == c], axis=0) for c in range(part.shared.size)])
+            rest = np.stack([log_sum(rest[own == c], 0) for c in range(part.shared.size)])
         else:
-            rest = logsumexp(rest, axis=0)[None]
+            rest = log_sum(rest, 0)[None]
         log_joint = rest[:, None, :] + part.log_factor
         return _normalised(log_joint)
 
@@ -119,11 +118,22 @@ class Coupling:
             log_p = np.repeat(log_p, len(self._settings), axis=0)
         for i, part in enumerate(parts):
             if i != skip:
-                table = logsumexp(part.log_factor, axis=1)
+                table = log_sum(part.log_factor, 1)
                 if part.shared.size > 1:
                     table = table[self._settings[:, self._column(part)]]
                 log_p = log_p + table
         return log_p
+
+
+def log_sum(log_p: Table, axis: int) -> Table:
+    """Return the log of the sum of exp over one axis; -inf where all is impossible."""
+    if log_p.shape[axis] == 1:
+        return np.asarray(log_p.take(0, axis))
+    peak = log_p.max(axis, keepdims=True)
+    peak[~np.isfinite(peak)] = 0.0
+    with np.errstate(divide="ignore"):
+        total: Table = np.log(np.exp(log_p - peak).sum(axis)) + peak.squeeze(axis)
+    return total
 
 
 def _normalised(log_p: Table) -> Table:

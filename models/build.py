@@ -9,7 +9,6 @@ import numpy as np
 import pyro
 import pyro.distributions as dist
 import torch
-from pyro.ops.indexing import vindex
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
@@ -18,6 +17,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models.atoms import Atoms
 from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.grounding import ground_description
+from sloop_ppl.models.lookup import look_up
 from sloop_ppl.models.phrases import front_prior, log_idle, log_phrase_given_front
 from sloop_ppl.models.presets import Preset, preset
 from sloop_ppl.models.terms import RelationTerm
@@ -68,7 +68,7 @@ class OpenProgram:
             )
             cell = pyro.sample(f"{target}/cell", dist.Categorical(logits=self.log_prior[i]))
             normaliser = self.evidence.log_normaliser[:, i]
-            pyro.factor(f"{target}/normaliser", vindex(normaliser, (shared, component, cell)))
+            pyro.factor(f"{target}/normaliser", look_up(normaliser, (shared, component, cell)))
             for j, phrase in enumerate(self.phrases[i]):
                 front = lapsed = torch.tensor(0)
                 if phrase.atoms is not None:
@@ -77,7 +77,7 @@ class OpenProgram:
                     chance = torch.tensor(phrase.lapse, dtype=torch.float64)
                     lapsed = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(chance)).long()
                 setting = shared if phrase.table.shape[1] > 1 else torch.tensor(0)
-                log_g = vindex(phrase.table, (component, setting, lapsed, front, cell))
+                log_g = look_up(phrase.table, (component, setting, lapsed, front, cell))
                 pyro.sample(f"{target}/truth_{j}", TruthValue(log_g), obs=torch.ones(()))
             cells[target] = cell
         return cells

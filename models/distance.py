@@ -66,11 +66,18 @@ def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> ND
     -----
     Source: the published code measures from the ground's nearest cell, on cells of 5 m. A ground
     touches less on smaller cells, which would move every belief, so on a grid finer than 5 m the
-    distance is still measured to the ground's 5 m cells; it is then not 0 all over the ground.
+    distance is still measured to the ground's 5 m cells; it is then not 0 all over the ground,
+    and it is kept as the fields are.
     """
     if grid.cell_m >= REFERENCE_CELL_M:
         return fields_on(grid).distance_m
     coarse = fields_on(replace(grid, cell_m=REFERENCE_CELL_M))
+    key = ("distance", grid, hashlib.sha256(coarse.cells.tobytes()).hexdigest())
+    return FIELDS.get(key, lambda: _distance_to(coarse, grid), cost_bytes=8 * grid.size)
+
+
+def _distance_to(coarse: LandmarkFields, grid: Grid) -> NDArray[np.float64]:
+    """Return the distance from the cells of a fine grid to the nearest cell of a coarse one."""
     rows, cols = coarse.nearest
     x, y = coarse.grid.x_m, coarse.grid.y_m
     row = np.clip(((grid.y_m - y[0]) / REFERENCE_CELL_M).round().astype(int), 0, len(y) - 1)

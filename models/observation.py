@@ -5,10 +5,10 @@ from __future__ import annotations
 import pyro
 import pyro.distributions as dist
 import torch
-from pyro.ops.indexing import vindex
 from torch import Tensor
 
 from sloop_ppl.models.evidence import Evidence
+from sloop_ppl.models.lookup import look_up
 from sloop_ppl.models.truth import TruthValue
 
 __all__ = ["observation_model"]
@@ -46,8 +46,8 @@ def observation_model(evidence: Evidence, log_prior: Tensor) -> tuple[Tensor, Te
         component = pyro.sample("component", dist.Categorical(logits=evidence.log_weight[:, None]))
         cell = pyro.sample("cell", dist.Categorical(logits=log_prior[:, None]))
         index = (shared, target, component)
-        pyro.factor("normaliser", vindex(evidence.log_normaliser, (*index, cell)))
+        pyro.factor("normaliser", look_up(evidence.log_normaliser, (*index, cell)))
         with pyro.plate("factor", factors, dim=-1):
-            log_g = vindex(evidence.log_truth, (*index, torch.arange(factors), cell))
+            log_g = look_up(evidence.log_truth, (*index, torch.arange(factors), cell))
             pyro.sample("truth", TruthValue(log_g), obs=torch.ones(targets, factors))
     return component, cell

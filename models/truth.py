@@ -49,5 +49,5 @@ class TruthValue(TorchDistribution):
         """Return log g where the value is 1 and log(1 - g) where it is 0."""
         true = value > 0.5
         if bool(true.all()):
-            return self.log_g + torch.zeros_like(value)
+            return self.log_g.expand(torch.broadcast_shapes(self.log_g.shape, value.shape))
         return torch.where(true, self.log_g, log1mexp(self.log_g))

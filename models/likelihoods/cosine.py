@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -13,6 +14,7 @@ from sloop_ppl.models.frames import FrameDistribution
 __all__ = ["bessel_ratios", "expected_cosine"]
 
 _TERMS, _MOST_TERMS = 24, 1000
+_LEAST_COEFFICIENT = 1e-10
 
 
 def bessel_ratios(kappa: float | Tensor, count: int) -> tuple[float | Tensor, ...]:
@@ -76,26 +78,38 @@ def expected_cosine(
     Fourier series of the factor with each harmonic shrunk by A_n = I_n(kappa) / I_0(kappa):
     E[max(0, cos)] = 1/pi + A_1 cos(x)/2 + (2/pi) sum_m (-1)^(m+1) A_2m cos(2 m x)/(4 m^2 - 1),
     and E|cos| is twice its even part; enough terms are taken for an error of 1e-8 up to kappa
-    8e4. The floor is applied to points exactly, to spread parts
-    after the expectation.
+    8e4, and summed by Clenshaw's recurrence. The floor is applied to points exactly, to spread
+    parts after the expectation.
     """
     total = torch.full_like(bearing_rad, frame.lapse * (1 if clipped else 2) / math.pi)
     for part in frame.parts:
-        x = bearing_rad - part.mean_rad - offset_rad
-        cosine = torch.cos(x)
-        size = float(torch.as_tensor(part.kappa).detach())
-        if math.isinf(size):
+        cosine = torch.cos(bearing_rad - (part.mean_rad + offset_rad))
+        if math.isinf(float(torch.as_tensor(part.kappa).detach())):
             value = cosine.clamp_min(floor) if clipped else cosine.abs()
         else:
-            count = min(max(_TERMS, int(3.5 * math.sqrt(size))), _MOST_TERMS)
-            a = bessel_ratios(part.kappa, 2 * count)
-            value = torch.full_like(x, 1 / math.pi)
-            for m in range(1, count + 1):
-                if a[2 * m] < 1e-12:
-                    break
-                value = value + (2 / math.pi) * (-1) ** (m + 1) * a[2 * m] * torch.cos(
-                    2 * m * x
-                ) / (4 * m * m - 1)
-            value = value + a[1] * cosine / 2 if clipped else 2 * value
+            odd, even = _coefficients(part.kappa)
+            value = _series(even, 4 * cosine * cosine - 2)
+            value = torch.add(value, odd * cosine) if clipped else 2 * value
         total = total + part.weight * value
     return total.clamp(floor, 1.0)
+
+
+def _coefficients(kappa: float | Tensor) -> tuple[Any, list[Any]]:
+    """Return the coefficient of cos x and those of cos 2 m x, m = 0, 1, ..., of E[max(0, cos)]."""
+    size = float(torch.as_tensor(kappa).detach())
+    count = min(max(_TERMS, int(3.5 * math.sqrt(size))), _MOST_TERMS)
+    a = bessel_ratios(kappa, 2 * count)
+    even: list[Any] = [1 / math.pi]
+    for m in range(1, count + 1):
+        even.append((2 / math.pi) * (-1) ** (m + 1) * a[2 * m] / (4 * m * m - 1))
+        if abs(even[-1]) < _LEAST_COEFFICIENT:
+            break
+    return a[1] / 2, even
+
+
+def _series(coefficients: list[Any], twice_cosine: Tensor) -> Tensor:
+    """Return the sum of c_m cos(m y), given 2 cos y, by Clenshaw's recurrence: no more cosines."""
+    last, before = torch.zeros_like(twice_cosine), torch.zeros_like(twice_cosine)
+    for c in reversed(coefficients[1:]):
+        last, before = torch.addcmul(c - before, twice_cosine, last), last
+    return torch.addcmul(coefficients[0] - before, twice_cosine, last, value=0.5)

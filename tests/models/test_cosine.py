@@ -55,3 +55,16 @@ def test_the_floor_holds():
     got = expected_cosine(ANGLES, point, 0.0, clipped=True, floor=1e-9)
     assert got.min() == 1e-9
     assert got.max() == 1
+
+
+@pytest.mark.parametrize("kappa", [0.5, 4.0, 60.0])
+def test_the_series_is_differentiable_in_kappa(kappa):
+    def summed(value):
+        frame = FrameDistribution((FramePart(0.4, value, 0.9),), lapse=0.1)
+        return expected_cosine(ANGLES[::7], frame, 1.0, clipped=True, floor=1e-9).log().sum()
+
+    learnt = torch.tensor(kappa, dtype=torch.float64, requires_grad=True)
+    summed(learnt).backward()
+    step = 1e-4 * kappa
+    slope = (summed(kappa + step) - summed(kappa - step)) / (2 * step)
+    assert learnt.grad.item() == pytest.approx(slope.item(), rel=1e-5)
