@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 import torch
@@ -14,10 +14,11 @@ from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.likelihoods import frame_marginal
 from sloop_ppl.models.logspace import log1mexp, log_normalise
 from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.speaker import front_masses, weigh_words, word_options
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
-__all__ = ["front_prior", "log_idle", "log_phrase", "log_phrase_given_front"]
+__all__ = ["front_prior", "log_idle", "log_phrase", "log_phrase_given_front", "log_words"]
 
 _LEAST_LOG = math.log(1e-300)
 _SPEAKER_BINS = 360
@@ -77,6 +78,40 @@ def log_phrase_given_front(
     return _with_lapse(meant, model) if lapse else meant
 
 
+def log_words(
+    options: Sequence[RelationTerm],
+    model: Preset,
+    words: NDArray[np.intp],
+    denied: NDArray[np.bool_],
+    *,
+    fronts: int = 72,
+) -> Tensor:
+    """Return the log probability of one phrase about each cell of a ground, shape (S,).
+
+    Parameters
+    ----------
+    options : all that could have been said of the ground, as terms of S cells; see
+        :func:`sloop_ppl.models.speaker.word_options`.
+    model : a model with ``"speaker"`` normalisation; its lapse is left out. Numbers of its
+        likelihood and the concentration of its frames may be tensors of shape (S,).
+    words : index among the options of the word said of each cell, shape (S,).
+    denied : whether it was denied, shape (S,).
+    fronts : angles that stand for the frame, which is summed out: 72 are exact to rounding for a
+        smooth likelihood and to some .005 in the log for one with a kink.
+
+    Notes
+    -----
+    `log_phrase` at many known cells at once, which is what learning from them takes.
+    """
+    front = options[SPEAKER_WORDS.index("front")]
+    angles, log_mass = front_masses(model.frame_prior(front), fronts)
+    log_p = weigh_words(options, model, angles).log_chances(words)
+    if denied.any():
+        other = log1mexp(log_p).clamp_min(_LEAST_LOG)
+        log_p = torch.where(torch.from_numpy(denied), other, log_p)
+    return torch.logsumexp(log_p + log_mass, 0)
+
+
 def log_idle(model: Preset, cells: int) -> float:
     """Return the log truth of a phrase that says nothing, the same at every cell.
 
@@ -91,9 +126,8 @@ def _meant(term: RelationTerm, model: Preset) -> Tensor:
     """Return the log truth of a phrase that is meant, its frame summed out, shape (S,)."""
     prior = front_prior(term, model)
     if model.normalisation == "speaker" and prior is not None:
-        fronts, mass = prior.bins(_SPEAKER_BINS)
-        log_mass = torch.from_numpy(np.log(np.maximum(mass, 1e-300)))
-        return torch.logsumexp(_spoken(term, model, fronts) + log_mass[:, None], 0)
+        fronts, log_mass = front_masses(prior, _SPEAKER_BINS)
+        return torch.logsumexp(_spoken(term, model, fronts) + log_mass, 0)
     log_p = _truth(term, model)
     return log_normalise(log_p) if model.normalisation == "map" else log_p
 
@@ -131,22 +165,7 @@ def _with_lapse(meant: Tensor, model: Preset) -> Tensor:
 def _spoken(term: RelationTerm, model: Preset, fronts_rad: NDArray[np.float64] | Tensor) -> Tensor:
     """Return log P(word | ground, front, cell), a choice among the vocabulary, shape (B, S).
 
-    Words of one class are one choice: "beside" is chosen when "near" is. A denied phrase has
-    the probability that another word is chosen.
+    A denied phrase has the probability that another word is chosen.
     """
-    weights = []
-    chosen = None
-    for i, word in enumerate(SPEAKER_WORDS):
-        option = term.as_relation(word)
-        if option.needs_frame:
-            directions = torch.as_tensor(fronts_rad) + option.offset_rad
-            weights.append(model.likelihood.log_g(option, directions))
-        else:
-            weights.append(_asserted(option, model).expand(len(fronts_rad), -1))
-        if option.relation_class == term.relation_class:
-            chosen = i
-    if chosen is None:  # a meaning outside the vocabulary counts as one more word
-        weights.append(_asserted(replace(term, negated=False), model).expand(len(fronts_rad), -1))
-        chosen = len(weights) - 1
-    stacked = torch.stack(weights)
-    return _denied_if(stacked[chosen] - torch.logsumexp(stacked, 0), term)
+    options, chosen = word_options(term)
+    return _denied_if(weigh_words(options, model, fronts_rad).log_chance(chosen), term)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -17,6 +17,7 @@ from sloop_ppl.models.frames import PredictedSpread
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.phrases import front_prior
 from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.speaker import weigh_words, word_options
 from sloop_ppl.models.templates import in_english, speakable_grounds
 from sloop_ppl.models.terms import RelationTerm, ground_relations
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
@@ -24,6 +25,8 @@ from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate"]
 
 _FRONTS = 360
+_TOGETHER = 128
+"""Phrases weighed together: each front is tried with each cell, though but one is wanted."""
 
 SPEAKER = Preset(
     name="speaker",
@@ -129,61 +132,112 @@ def simulate(
             "number of grounds that can be spoken of"
         )
     weights = np.ones(city.grid.size) if prior is None else np.asarray(prior, float).reshape(-1)
-    relations: list[SpatialRelation] = []
-    latents = {}
-    for target in objects:
+    grounded = {ground: _Ground.of(ground, city, model) for ground in choice}
+    drawn = []
+    for _ in objects:
         picked = rng.choice(len(choice), int(rng.integers(least, most + 1)), replace=False)
-        said, behind = _speak(target.id, [choice[i] for i in picked], city, model, weights, rng)
-        relations += said
-        latents[target.id] = behind
+        drawn.append(_draw([grounded[choice[i]] for i in picked], model, weights, rng))
+    words = _choose_words([phrase for about in drawn for phrase in about.phrases], model)
+    relations, latents = [], {}
+    for target, about in zip(objects, drawn, strict=True):
+        relations += [
+            SpatialRelation(target.id, next(words), (phrase.about.term.ground,))
+            for phrase in about.phrases
+        ]
+        latents[target.id] = about.latents(city)
     text = in_english(relations, objects, city)
     return Simulated(Description(text, city.name, objects, tuple(relations)), latents)
 
 
-def _speak(
-    figure: str,
-    grounds: Sequence[str],
-    city: CityMap,
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """A ground that may be spoken of, and the fronts it may have."""
+
+    term: RelationTerm
+    fronts_rad: NDArray[np.float64]
+    mass: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, ground: str, city: CityMap, model: Preset) -> _Ground:
+        about = SpatialRelation("", "front", (ground,))
+        (term,) = ground_relations((about,), city, joint=model.joint_grounds)
+        believed = front_prior(term, model)
+        if believed is None:  # not under "speaker" normalisation
+            return cls(term, np.zeros(1), np.ones(1))
+        angles, mass = believed.bins(_FRONTS)
+        return cls(term, angles, mass / mass.sum())
+
+
+@dataclass(frozen=True)
+class _Phrase:
+    """What one phrase is about, and what decides its word; `level` is where in its chances."""
+
+    about: _Ground
+    cell: int
+    front: float
+    slipped: bool
+    idle: bool
+    level: float
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    component: str
+    cell: int
+    phrases: tuple[_Phrase, ...]
+
+    def latents(self, city: CityMap) -> Latents:
+        row, col = divmod(self.cell, city.grid.n_cols)
+        place = (float(city.grid.x_m[col]), float(city.grid.y_m[row]))
+        fronts = tuple(phrase.front for phrase in self.phrases)
+        slips = tuple(phrase.slipped for phrase in self.phrases)
+        return Latents(place, (row, col), self.component, fronts, slips)
+
+
+def _draw(
+    grounds: Sequence[_Ground],
     model: Preset,
     weights: NDArray[np.float64],
     rng: np.random.Generator,
-) -> tuple[list[SpatialRelation], Latents]:
+) -> _Drawn:
+    """Draw all that lies behind what is said of one target."""
     mixture = np.array([part.weight for part in model.components])
     component = model.components[rng.choice(len(mixture), p=mixture / mixture.sum())]
     cell = int(rng.choice(len(weights), p=weights / weights.sum()))
-    said, fronts, lapses = [], [], []
-    for ground in grounds:
-        about = SpatialRelation(figure, "front", (ground,))
-        (term,) = ground_relations((about,), city, joint=model.joint_grounds)
-        believed = front_prior(term, model)
-        angles, mass = believed.bins(_FRONTS) if believed else (np.zeros(1), np.ones(1))
-        front = float(rng.choice(angles, p=mass / mass.sum()))
+    phrases = []
+    for about in grounds:
+        front = float(rng.choice(about.fronts_rad, p=about.mass))
         slipped = bool(rng.random() < model.lapse)
         idle = slipped or component.combine == "idle"
-        chances = None if idle else _word_chances(term, model, front, cell)
-        word = SPEAKER_WORDS[rng.choice(len(SPEAKER_WORDS), p=chances)]
-        said.append(replace(about, relation=word))
-        fronts.append(front)
-        lapses.append(slipped)
-    row, col = divmod(cell, city.grid.n_cols)
-    place = (float(city.grid.x_m[col]), float(city.grid.y_m[row]))
-    return said, Latents(place, (row, col), component.name, tuple(fronts), tuple(lapses))
+        phrases.append(_Phrase(about, cell, front, slipped, idle, float(rng.random())))
+    return _Drawn(component.name, cell, tuple(phrases))
 
 
-def _word_chances(
-    term: RelationTerm, model: Preset, front_rad: float, cell: int
-) -> NDArray[np.float64]:
-    """Return the probability of each word, summing to one: the softmax of log g."""
-    log_g = []
+def _choose_words(phrases: Sequence[_Phrase], model: Preset) -> Iterator[str]:
+    """Yield the word of each phrase, those about one ground weighed together."""
+    chances = np.full((len(phrases), len(SPEAKER_WORDS)), 1 / len(SPEAKER_WORDS))
+    meant: dict[str, list[int]] = {}
+    for i, phrase in enumerate(phrases):
+        if not phrase.idle:
+            meant.setdefault(phrase.about.term.ground, []).append(i)
+    for whole in meant.values():
+        for start in range(0, len(whole), _TOGETHER):
+            some = whole[start : start + _TOGETHER]
+            chances[some] = _word_chances([phrases[i] for i in some], model)
+    ends = chances.cumsum(1)
+    for phrase, end in zip(phrases, ends / ends[:, -1:], strict=True):
+        yield SPEAKER_WORDS[int(np.searchsorted(end, phrase.level, side="right"))]
+
+
+def _word_chances(phrases: Sequence[_Phrase], model: Preset) -> NDArray[np.float64]:
+    """Return the probability of each word for each phrase about one ground, shape (P, V)."""
+    term = phrases[0].about.term.at(np.array([phrase.cell for phrase in phrases]))
+    options, _ = word_options(term)
     with torch.no_grad():
-        for word in SPEAKER_WORDS:
-            option = term.as_relation(word)
-            towards = front_rad + option.offset_rad if option.needs_frame else option.compass_rad
-            direction = None if towards is None else torch.tensor([towards], dtype=torch.float64)
-            log_g.append(float(model.likelihood.log_g(option, direction)[..., cell]))
-    chances: NDArray[np.float64] = np.exp(np.array(log_g) - max(log_g))
-    total: NDArray[np.float64] = chances / chances.sum()
-    return total
+        weighed = weigh_words(options, model, np.array([phrase.front for phrase in phrases]))
+        each = [weighed.log_chance(word).diagonal() for word in range(len(options))]
+    chances: NDArray[np.float64] = torch.stack(each, 1).exp().numpy()
+    return chances
 
 
 def _check_model(model: Preset) -> None:

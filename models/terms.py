@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
@@ -37,6 +38,8 @@ class RelationTerm:
     said_distance_m : the distance that was said, metres, or None.
     index : position of the relation this term comes from among those of its figure.
     joint : True when between, across, along and several grounds have a meaning of their own.
+    cells : the cells that the fields are of, in this order, repeats allowed, shape (S,); None for
+        all cells of the map. See `at`.
     """
 
     relation: str
@@ -47,6 +50,7 @@ class RelationTerm:
     said_distance_m: float | None = None
     index: int = 0
     joint: bool = False
+    cells: NDArray[np.intp] | None = None
 
     @property
     def ground(self) -> str:
@@ -86,7 +90,7 @@ class RelationTerm:
         else:
             shape = sense.shape
             table = distance_from(city.grid, lambda grid: shape_fields(shape, grid))
-        return torch.from_numpy(table.reshape(-1))
+        return self._told(table)
 
     @cached_property
     def off_m(self) -> Tensor:
@@ -102,12 +106,12 @@ class RelationTerm:
     @cached_property
     def on_ground(self) -> Tensor:
         """True on the cells the relation measures from, shape (S,)."""
-        return torch.from_numpy(self.fields.cells.reshape(-1))
+        return self._told(self.fields.cells)
 
     @cached_property
     def bearing_rad(self) -> Tensor:
         """Direction from the ground's centroid, shape (S,)."""
-        return torch.from_numpy(self.fields.bearing_rad.reshape(-1))
+        return self._told(self.fields.bearing_rad)
 
     @cached_property
     def nearest_bearing_rad(self) -> Tensor:
@@ -118,7 +122,7 @@ class RelationTerm:
         east = grid.x_m[None, :] - grid.x_m[cols]
         on_ground = self.fields.cells
         bearing = np.where(on_ground, self.fields.bearing_rad, np.arctan2(north, east))
-        return torch.from_numpy(bearing.reshape(-1))
+        return self._told(bearing)
 
     @cached_property
     def outward_rad(self) -> Tensor:
@@ -139,7 +143,7 @@ class RelationTerm:
     @cached_property
     def at_centroid(self) -> Tensor:
         """True where a cell's centre is the ground's centroid, so has no direction, shape (S,)."""
-        return torch.from_numpy(self.fields.from_centroid_m.reshape(-1) < 1e-6)
+        return self._told(self.fields.from_centroid_m < 1e-6)
 
     @property
     def extent_m(self) -> float:
@@ -200,6 +204,26 @@ class RelationTerm:
         weight = np.hypot(pieces[:, 0], pieces[:, 1])
         axis = math.atan2(weight @ np.sin(doubled), weight @ np.cos(doubled)) / 2
         return axis + math.pi / 2
+
+    @cached_property
+    def place_m(self) -> Tensor:
+        """Centre of each cell, (x, y) metres, shape (S, 2)."""
+        x, y = np.meshgrid(self.city.grid.x_m, self.city.grid.y_m)
+        return torch.stack([self._told(x), self._told(y)], -1)
+
+    def at(self, cells: NDArray[np.intp]) -> RelationTerm:
+        """Return the same relation with fields of some cells only, shape (S,) for S of them.
+
+        Parameters
+        ----------
+        cells : indices into the map's cells, row by row; repeats are allowed.
+        """
+        return replace(self, cells=cells)
+
+    def _told(self, table: NDArray[Any]) -> Tensor:
+        """Return a table over the map, (H, W), at the cells that this term is about, (S,)."""
+        flat = table.reshape(-1)
+        return torch.from_numpy(flat if self.cells is None else flat[self.cells])
 
     def as_relation(self, word: str) -> RelationTerm:
         """Return the same grounds in another relation, asserted."""

@@ -107,7 +107,7 @@ class AttentionVectorSumLikelihood:
         """Return the log of how far a cell is beyond the ground's far edge, shape (B, S)."""
         towards = torch.stack([direction_rad.cos(), direction_rad.sin()])
         edge = (_hull(term) @ towards).amax(0)
-        over = torch.sigmoid((_cells(term) @ towards - edge) / self.grazing_m)
+        over = torch.sigmoid((term.place_m @ towards - edge) / self.grazing_m)
         return over.clamp_min(self.floor).log().T
 
     def _log_radial(self, term: RelationTerm) -> Tensor:
@@ -132,7 +132,7 @@ def attended_bearing_rad(term: RelationTerm, attention: Any) -> tuple[Tensor, Te
     tuple of Tensor
         Radians, and True where the vectors do not cancel, shape (S,) each.
     """
-    points, cells = _points(term), _cells(term)
+    points, cells = _points(term), term.place_m
     apart = torch.cdist(points, points)
     step = max(1, _ELEMENTS // len(points))
     sums = []
@@ -145,13 +145,6 @@ def attended_bearing_rad(term: RelationTerm, attention: Any) -> tuple[Tensor, Te
     defined = total.detach().norm(dim=-1) > 1e-6
     safe = torch.where(defined[:, None], total, torch.ones_like(total))
     return torch.atan2(safe[:, 1], safe[:, 0]), defined
-
-
-def _cells(term: RelationTerm) -> Tensor:
-    """Return the centres of the map's cells, shape (S, 2)."""
-    grid = term.city.grid
-    x, y = np.meshgrid(grid.x_m, grid.y_m)
-    return torch.from_numpy(np.stack([x.reshape(-1), y.reshape(-1)], -1))
 
 
 def _points(term: RelationTerm) -> Tensor:

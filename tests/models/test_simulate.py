@@ -9,8 +9,15 @@ import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps
-from sloop_ppl.models import ground_relations, log_phrase_given_front, preset
-from sloop_ppl.models.simulate import SPEAKER, _word_chances, simulate
+from sloop_ppl.models import log_phrase_given_front, preset
+from sloop_ppl.models.simulate import (
+    SPEAKER,
+    _choose_words,
+    _Ground,
+    _Phrase,
+    _word_chances,
+    simulate,
+)
 from sloop_ppl.models.templates import TEMPLATES, in_english, speakable_grounds
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
@@ -42,19 +49,33 @@ def test_every_word_of_every_ground_is_read_back(city):
 
 
 def test_words_are_chosen_as_inference_weighs_them(city):
-    about = SpatialRelation("RedBike", "front", ("Ivy",))
-    (term,) = ground_relations((about,), city)
-    for front, cell in ((0.3, 100), (-2.0, 900)):
+    about = _Ground.of("Ivy", city, SPEAKER)
+    places = [(0.3, 100), (-2.0, 900), (1.0, 100)]
+    phrases = [_Phrase(about, cell, front, False, False, 0.5) for front, cell in places]
+    chosen = _word_chances(phrases, SPEAKER)
+    np.testing.assert_allclose(chosen.sum(1), 1)
+    for (front, cell), chances in zip(places, chosen, strict=True):
         weighed = [
             float(
                 log_phrase_given_front(
-                    term.as_relation(word), SPEAKER, np.array([front]), lapse=False
+                    about.term.as_relation(word), SPEAKER, np.array([front]), lapse=False
                 )[0, cell].exp()
             )
             for word in SPEAKER_WORDS
         ]
-        assert sum(weighed) == pytest.approx(1.0)
-        np.testing.assert_allclose(_word_chances(term, SPEAKER, front, cell), weighed, rtol=1e-9)
+        np.testing.assert_allclose(chances, weighed, rtol=1e-9)
+
+
+def test_each_word_is_said_as_often_as_it_is_likely(city):
+    about = _Ground.of("Ivy", city, SPEAKER)
+    level = (np.arange(400) + 0.5) / 400
+    phrases = [_Phrase(about, 100, 0.3, False, False, float(u)) for u in level]
+    said = list(_choose_words(phrases, SPEAKER))
+    chances = _word_chances(phrases[:1], SPEAKER)[0]
+    for word, chance in zip(SPEAKER_WORDS, chances, strict=True):
+        assert said.count(word) == pytest.approx(400 * chance, abs=1), word
+    slips = [_Phrase(about, 100, 0.3, True, True, float(u)) for u in level]
+    assert set(_choose_words(slips, SPEAKER)) == set(SPEAKER_WORDS)
 
 
 def test_latents_follow_their_priors(city):
