@@ -6,6 +6,7 @@ from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.frames import (
     FRAME_PREDICTORS,
+    FRAME_PRIORS,
     FrameDistribution,
     FramePart,
     NearestStreet,
@@ -25,6 +26,7 @@ from sloop_ppl.models.truth import TruthValue
 __all__ = [
     "COMBINATIONS",
     "FRAME_PREDICTORS",
+    "FRAME_PRIORS",
     "LIKELIHOODS",
     "PRESETS",
     "VARIANTS",

@@ -1,4 +1,4 @@
-"""Give the frame of a term its prior: fixed, or spread around a predictor with a lapse."""
+"""Give the frame of a term its prior: certain, spread around a prediction, fixed, or uniform."""
 
 from __future__ import annotations
 
@@ -10,8 +10,16 @@ from sloop_ppl.models.directions import ABSOLUTE_FRONT_RAD
 from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
 from sloop_ppl.models.frames.predictor import NEAREST_STREET, FramePredictor
 from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.registry import Registry
 
-__all__ = ["FramePrior", "PredictedPoint", "PredictedSpread"]
+__all__ = [
+    "FRAME_PRIORS",
+    "FixedFront",
+    "FramePrior",
+    "PredictedPoint",
+    "PredictedSpread",
+    "UniformFront",
+]
 
 
 class FramePrior(Protocol):
@@ -23,12 +31,12 @@ class FramePrior(Protocol):
 
 @dataclass(frozen=True)
 class PredictedPoint:
-    """The predicted frame taken as certain; left and right are those of the map.
+    """The likeliest predicted front taken as certain; left and right are those of the map.
 
     Notes
     -----
-    Source: SLOOP sec. III-D, published code. A street as ground of front or behind uses its two
-    normals with equal weight.
+    Source: SLOOP sec. III-D, published code. Fronts that are equally likely share the weight: a
+    street as ground of front or behind uses its two normals.
     """
 
     predictor: FramePredictor = NEAREST_STREET
@@ -36,30 +44,29 @@ class PredictedPoint:
     def __call__(self, term: RelationTerm) -> FrameDistribution:
         """Return the points the frame may lie at."""
         if term.relation_class in ("left", "right"):
-            return FrameDistribution((FramePart(ABSOLUTE_FRONT_RAD, math.inf),))
-        fronts = self.predictor(term)
-        if not fronts:
-            return FrameDistribution((), lapse=1.0)
-        return FrameDistribution(
-            tuple(FramePart(front, math.inf, 1 / len(fronts)) for front in fronts)
-        )
+            return FrameDistribution.points((ABSOLUTE_FRONT_RAD,))
+        return FrameDistribution.points(self.predictor(term).modes())
 
 
 @dataclass(frozen=True)
 class PredictedSpread:
-    """A von Mises around each predicted front, a uniform lapse, and a share of the map's frame.
+    """The predicted fronts with a speaker's scatter, a uniform lapse, and a share of the map's.
 
     Parameters
     ----------
-    predictor : gives the fronts.
-    kappa : concentration around each of them, > 0.
+    predictor : gives the distribution of the front.
+    kappa : concentration of the speaker's frame around the ground's true front, > 0; infinite to
+        take the prediction as it is.
     lapse : probability that the prediction says nothing, in [0, 1].
     absolute : probability that left and right are those of the map, in [0, 1].
     absolute_kappa : concentration around the map's frame, > 0.
 
     Notes
     -----
-    Source: ours; the paper takes the prediction as certain.
+    Source: ours; the paper takes the prediction as certain. Each predicted part stays a von Mises
+    distribution; its concentration k and the speaker's combine as variances add, 1/(1/k + 1/kappa),
+    which is exact for a point and close for any other part. `kappa`, `lapse` and `absolute` can
+    be learnt from descriptions of known places: see :mod:`sloop_ppl.inference.frame_tuning`.
     """
 
     predictor: FramePredictor = NEAREST_STREET
@@ -72,7 +79,49 @@ class PredictedSpread:
         """Return the mixture of absolute frame, predicted frames and lapse."""
         absolute = self.absolute if term.relation_class in ("left", "right") else 0.0
         parts = [FramePart(ABSOLUTE_FRONT_RAD, self.absolute_kappa, absolute)] if absolute else []
-        fronts = self.predictor(term)
         relative = (1 - absolute) * (1 - self.lapse)
-        parts += [FramePart(front, self.kappa, relative / len(fronts)) for front in fronts]
+        parts += [
+            FramePart(part.mean_rad, self._scattered(part.kappa), relative * part.weight)
+            for part in self.predictor(term).parts
+        ]
         return FrameDistribution(tuple(parts), lapse=1 - sum(part.weight for part in parts))
+
+    def _scattered(self, kappa: float) -> float:
+        return self.kappa if math.isinf(kappa) else kappa / (1 + kappa / self.kappa)
+
+
+@dataclass(frozen=True)
+class FixedFront:
+    """The same front for every ground.
+
+    Parameters
+    ----------
+    front_rad : the front, radians anticlockwise from east; north unless told otherwise.
+    kappa : concentration around it, > 0; infinite for a point.
+    """
+
+    front_rad: float = ABSOLUTE_FRONT_RAD
+    kappa: float = math.inf
+
+    def __call__(self, term: RelationTerm) -> FrameDistribution:  # noqa: ARG002
+        """Return the front, whatever the ground."""
+        return FrameDistribution((FramePart(self.front_rad, self.kappa),))
+
+
+@dataclass(frozen=True)
+class UniformFront:
+    """Nothing is known of any front."""
+
+    def __call__(self, term: RelationTerm) -> FrameDistribution:  # noqa: ARG002
+        """Return the uniform distribution."""
+        return FrameDistribution((), lapse=1.0)
+
+
+FRAME_PRIORS: Registry[FramePrior] = Registry("frame prior")
+"""Frame priors by name."""
+
+FRAME_PRIORS.add("point", PredictedPoint())
+FRAME_PRIORS.add("spread", PredictedSpread(absolute=0.0))
+FRAME_PRIORS.add("absolute-relative", PredictedSpread())
+FRAME_PRIORS.add("fixed", FixedFront())
+FRAME_PRIORS.add("uniform", UniformFront())

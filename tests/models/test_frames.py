@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -26,18 +27,19 @@ def term(word, ground="House", city=None):
 
 
 def test_a_house_faces_its_street():
-    (front,) = FRAME_PREDICTORS["nearest-street"](term("front"))
-    assert front == pytest.approx(math.pi / 2)
+    (part,) = FRAME_PREDICTORS["nearest-street"](term("front")).parts
+    assert (part.mean_rad, part.kappa, part.weight) == (pytest.approx(math.pi / 2), math.inf, 1)
 
 
 def test_a_street_faces_both_ways_across_itself():
-    fronts = sorted(FRAME_PREDICTORS["nearest-street"](term("front", "MainSt")))
-    assert fronts == pytest.approx([-math.pi / 2, math.pi / 2])
+    parts = FRAME_PREDICTORS["nearest-street"](term("front", "MainSt")).parts
+    assert sorted(part.mean_rad for part in parts) == pytest.approx([-math.pi / 2, math.pi / 2])
+    assert [part.weight for part in parts] == [0.5, 0.5]
 
 
 def test_without_a_street_nothing_is_known():
     lonely = term("front", "Pole", point_city(GRID, Pole=(0.0, 0.0)))
-    assert FRAME_PREDICTORS["nearest-street"](lonely) == ()
+    assert FRAME_PREDICTORS["nearest-street"](lonely) == FrameDistribution((), lapse=1.0)
     assert PredictedPoint()(lonely) == FrameDistribution((), lapse=1.0)
     assert PredictedSpread()(lonely) == FrameDistribution((), lapse=1.0)
 
@@ -77,3 +79,77 @@ def test_a_ground_must_be_on_the_map():
     city = CityMap("empty", GRID, ())
     with pytest.raises(UnknownName, match="Landmark of map empty 'Barn' is unknown"):
         ground_relations((relation("near", "Barn"),), city)
+
+
+@dataclass(frozen=True)
+class Told:
+    """A predictor that tells what it was given."""
+
+    frame: FrameDistribution
+
+    def __call__(self, term):
+        return self.frame
+
+
+TWO_HILLS = FrameDistribution((FramePart(0.4, 9.0, 0.6), FramePart(2.9, 25.0, 0.3)), lapse=0.1)
+
+
+def test_a_point_is_the_likeliest_front_of_a_mixture():
+    """A peak is about weight sqrt(kappa) high: .6 x 3 beats .3 x 5, and .4 x 7 beats .6 x 3."""
+    (part,) = PredictedPoint(Told(TWO_HILLS))(term("front")).parts
+    assert part.mean_rad == pytest.approx(0.4, abs=1e-3)
+    assert part.kappa == math.inf
+    sharper = FrameDistribution((FramePart(0.4, 9.0, 0.6), FramePart(2.9, 49.0, 0.4)))
+    assert sharper.modes() == (pytest.approx(2.9, abs=1e-3),)
+
+
+def test_equal_modes_are_all_named():
+    both_ways = FrameDistribution((FramePart(0.3, 5.0, 0.5), FramePart(0.3 - math.pi, 5.0, 0.5)))
+    assert sorted(both_ways.modes()) == pytest.approx([0.3 - math.pi, 0.3], abs=1e-4)
+
+
+def test_parts_that_overlap_peak_between_their_means():
+    frame = FrameDistribution((FramePart(-0.2, 3.0, 0.5), FramePart(0.2, 3.0, 0.5)))
+    assert frame.modes() == (pytest.approx(0.0, abs=1e-4),)
+
+
+def test_what_is_uniform_has_no_mode():
+    assert FrameDistribution((), lapse=1.0).modes() == ()
+    assert FrameDistribution((FramePart(1.0, 0.0, 1.0),)).modes() == ()
+
+
+def test_a_spread_keeps_the_parts_of_a_prediction():
+    prior = PredictedSpread(Told(TWO_HILLS), kappa=4.0, lapse=0.2)(term("behind"))
+    assert [part.weight for part in prior.parts] == pytest.approx([0.48, 0.24])
+    assert [part.kappa for part in prior.parts] == pytest.approx([36 / 13, 100 / 29])
+    assert prior.lapse == pytest.approx(0.28)
+
+
+def test_a_speaker_without_scatter_takes_the_prediction_as_it_is():
+    prior = PredictedSpread(Told(TWO_HILLS), kappa=math.inf, lapse=0.0)(term("front"))
+    assert prior.parts == TWO_HILLS.parts
+    assert prior.lapse == pytest.approx(TWO_HILLS.lapse)
+
+
+@pytest.mark.parametrize("count", [8, 24, 72])
+def test_bins_hold_the_mass_between_their_borders(count):
+    arcs = TWO_HILLS.binned(count)
+    assert arcs.sum() == pytest.approx(1)
+    half = math.pi / count
+    fine = np.linspace(0.4 - half, 0.4 + half, 20_001)
+    centred = FrameDistribution((FramePart(0.0, 9.0, 1.0),)).binned(count)
+    inside = np.exp(FramePart(0.4, 9.0).log_density(fine)).mean() * 2 * half
+    assert centred[0] == pytest.approx(inside, rel=2e-2)
+
+
+def test_a_point_falls_into_the_bin_round_it():
+    for angle in (0.0, 0.1, -0.1, 2 * math.pi, -2 * math.pi):
+        assert FrameDistribution.points((angle,)).binned(24)[0] == 1
+    assert FrameDistribution.points((math.pi, math.pi / 2)).binned(24)[[6, 12]] == pytest.approx(
+        0.5
+    )
+
+
+def test_the_density_integrates_to_one():
+    angles = np.linspace(-math.pi, math.pi, 4000, endpoint=False)
+    assert TWO_HILLS.density(angles).mean() * 2 * math.pi == pytest.approx(1)
