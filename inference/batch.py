@@ -77,9 +77,7 @@ def infer_batch(
     grounded = [ground_description(said, city, chosen) for said in descriptions]
     rows = [terms for targets in grounded for terms in targets.values()]
     priors = [
-        table
-        for targets in grounded
-        for table in log_priors(prior, tuple(targets), city.grid).values()
+        table for targets in grounded for table in log_priors(prior, tuple(targets), city).values()
     ]
     longest = max((len(terms) for terms in rows), default=1)
     size = len(chosen.components) * max(longest, 1) * city.grid.size

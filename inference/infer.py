@@ -69,7 +69,7 @@ def infer_description(
                 f"of the description; expected one of {', '.join(targets)}"
             )
     terms = list(ground_description(description, city, chosen).values())
-    log_prior = log_priors(prior, targets, city.grid)
+    log_prior = log_priors(prior, targets, city)
     factors = run(
         terms,
         city,

@@ -3,55 +3,72 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.maps import Grid
+from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.models import cell_prior
 
 __all__ = ["log_priors"]
 
 
-def log_priors(prior: Any, targets: Sequence[str], grid: Grid) -> dict[str, NDArray[np.float64]]:
+def log_priors(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, NDArray[np.float64]]:
     """Return target -> log prior over cells, shape (S,).
 
     Parameters
     ----------
-    prior : None for uniform; an array (H, W) for all targets; or a mapping of target to array.
-        Weights need not sum to one.
+    prior : None for uniform; a name, file or function that
+        :func:`sloop_ppl.models.cell_prior` takes; an array (H, W) of weights; or a mapping of
+        target to one of these. Weights need not sum to one; a target that a mapping leaves out is
+        anywhere.
     targets : ids of the targets.
-    grid : the cells.
+    city : the map.
 
     Raises
     ------
     InputError : when a table has the wrong shape, a negative, NaN or infinite weight, or no
-        positive one.
-    UnknownName : when a mapping names a target that is not there.
+        positive one; when a file cannot be read or is of another map.
+    UnknownName : when a mapping names a target that is not there, or there is no prior of a name.
     """
-    uniform = np.full(grid.size, -np.log(grid.size))
+    if not isinstance(prior, Mapping):
+        return _for_each(prior, targets, city)
+    for name in prior:
+        if name not in targets:
+            raise UnknownName("target of the prior", str(name), targets)
+    return {t: _for_each(prior.get(t), (t,), city)[t] for t in targets}
+
+
+def _for_each(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, NDArray[np.float64]]:
+    """Return the log prior of each target from one prior for all."""
     if prior is None:
-        return dict.fromkeys(targets, uniform)
-    if isinstance(prior, Mapping):
-        for name in prior:
-            if name not in targets:
-                raise UnknownName("target of the prior", str(name), targets)
-        tables = {t: _checked(prior[t], t, grid) if t in prior else uniform for t in targets}
-    else:
-        shared = _checked(prior, "all targets", grid)
-        tables = dict.fromkeys(targets, shared)
-    return tables
+        return dict.fromkeys(targets, np.full(city.grid.size, -np.log(city.grid.size)))
+    if isinstance(prior, str | Path) or callable(prior):
+        weigh = cell_prior(prior)
+        name = getattr(weigh, "name", prior if isinstance(prior, str | Path) else None)
+        told = "" if name is None else f" ('{name}')"
+        return {t: _checked(weigh(city, t), f"{t}{told}", city.grid) for t in targets}
+    whose = targets[0] if len(targets) == 1 else "all targets"
+    return dict.fromkeys(targets, _checked(prior, whose, city.grid))
 
 
-def _checked(table: Any, target: str, grid: Grid) -> NDArray[np.float64]:
-    weights = np.asarray(table, dtype=np.float64)
+def _checked(table: Any, whose: str, grid: Grid) -> NDArray[np.float64]:
+    try:
+        weights = np.asarray(table, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"Prior of {whose} is a {type(table).__name__}; expected weights of shape "
+            f"{grid.shape}, a name, a file, or a function of a map and a target's id"
+        ) from error
     if weights.shape != grid.shape:
-        raise InputError(f"Prior of {target} has shape {weights.shape}; expected {grid.shape}")
+        raise InputError(f"Prior of {whose} has shape {weights.shape}; expected {grid.shape}")
     if not np.isfinite(weights).all() or (weights < 0).any():
-        raise InputError(f"Prior of {target} holds NaN, infinite or negative weights")
+        raise InputError(f"Prior of {whose} holds NaN, infinite or negative weights")
     if not (weights > 0).any():
-        raise InputError(f"Prior of {target} is zero everywhere; expected a positive weight")
+        raise InputError(f"Prior of {whose} is zero everywhere; expected a positive weight")
     with np.errstate(divide="ignore"):
         log_p: NDArray[np.float64] = np.log(weights / weights.sum()).reshape(-1)
     return log_p

@@ -2,6 +2,7 @@
 
 from sloop_ppl.models.atoms import Atoms
 from sloop_ppl.models.build import OpenProgram, build, open_program
+from sloop_ppl.models.cell_priors import CELL_PRIORS, CellPrior, cell_prior
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.frames import (
@@ -15,6 +16,7 @@ from sloop_ppl.models.frames import (
 )
 from sloop_ppl.models.grounding import ground_description
 from sloop_ppl.models.intervene import intervene
+from sloop_ppl.models.learnt_cells import LearntCells, learn_cells
 from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
 from sloop_ppl.models.observation import observation_model
 from sloop_ppl.models.phrases import front_prior, log_phrase, log_phrase_given_front
@@ -24,6 +26,7 @@ from sloop_ppl.models.terms import RelationTerm, ground_relations
 from sloop_ppl.models.truth import TruthValue
 
 __all__ = [
+    "CELL_PRIORS",
     "COMBINATIONS",
     "FRAME_PREDICTORS",
     "FRAME_PRIORS",
@@ -31,11 +34,13 @@ __all__ = [
     "PRESETS",
     "VARIANTS",
     "Atoms",
+    "CellPrior",
     "Component",
     "Evidence",
     "FrameDistribution",
     "FramePart",
     "GaussianLikelihood",
+    "LearntCells",
     "NearestStreet",
     "OpenProgram",
     "PredictedPoint",
@@ -46,11 +51,13 @@ __all__ = [
     "SharedFrames",
     "TruthValue",
     "build",
+    "cell_prior",
     "front_prior",
     "gather_evidence",
     "ground_description",
     "ground_relations",
     "intervene",
+    "learn_cells",
     "log_phrase",
     "log_phrase_given_front",
     "observation_model",

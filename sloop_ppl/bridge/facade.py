@@ -61,8 +61,9 @@ def infer(
     city : the map it was said of.
     model : name of the observation model, or a Preset.
     engine : name of the inference engine.
-    prior : belief before anything was said: None for uniform, an array (H, W) of weights for all
-        targets, or a mapping of target to array.
+    prior : belief before anything was said: None for uniform; a name of `sloop list priors`, or
+        a ``.nc`` or ``.json`` file; an array (H, W) of weights; a function of the map and a
+        target's id; or a mapping of target to one of these.
     truth : target -> true place in metres; only for the model ``informed``.
     do : interventions, such as ``{"frame": {"VelvetDog": 0.6}}`` (radians) or
         ``{"component": "product"}``.

@@ -13,7 +13,14 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import load_targets, no_relation_found
 from sloop_ppl.maps import load_map
-from sloop_ppl.models import FRAME_PREDICTORS, PredictedPoint, PredictedSpread, Preset, preset
+from sloop_ppl.models import (
+    FRAME_PREDICTORS,
+    PredictedPoint,
+    PredictedSpread,
+    Preset,
+    cell_prior,
+    preset,
+)
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 from sloop_ppl.models.user import is_user_model, load_model
 
@@ -64,7 +71,7 @@ def posterior_of(
     engine: str = "exact",
     frames: str | None = None,
     params: Path | None = None,
-    prior: Path | None = None,
+    prior: str | None = None,
     truth: dict[str, tuple[float, float]] | None = None,
     rng: np.random.Generator | None = None,
 ) -> Posterior:
@@ -77,7 +84,7 @@ def posterior_of(
     targets : file that declares the objects.
     model, variant, engine, frames : names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
     params : file of parameters.
-    prior : a saved posterior; its beliefs are the prior of the targets it holds.
+    prior : a name or file; see :func:`sloop_ppl.models.cell_prior`.
     truth : true places, for models that need them.
     rng : wanted by engines that draw.
 
@@ -86,22 +93,13 @@ def posterior_of(
     SloopError : for any mistake in these; names are checked before the work.
     """
     chosen, _ = model_of(model, variant, frames, params), ENGINES[engine]
+    before = None if prior is None else cell_prior(prior)
     city = load_map(map_name)
     declared = load_targets(targets) if targets else None
     said = parse(text, city, targets=declared)
     if not said.relations:
         raise no_relation_found(said, city, declared)
-    if prior is None:
-        return infer(said, city, model=chosen, engine=engine, truth=truth, rng=rng)
-    before = Posterior.load(prior)
-    if before.city.digest != city.digest:
-        raise InputError(
-            f"Prior '{prior}' was made on another map ('{before.city.name}'); expected "
-            f"'{city.name}' as it is now; infer it again on this map"
-        )
-    spoken = {target.id for target in said.targets}
-    tables = {t: before.belief(t) for t in before.targets if t in spoken}
-    return infer(said, city, model=chosen, engine=engine, prior=tables, truth=truth, rng=rng)
+    return infer(said, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)
 
 
 def saved_posterior(

@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Engine, Frames, Json, Map, Model, Params, Targets, Text, Variant
+from sloop_ppl.cli.options import (
+    Engine,
+    Frames,
+    Json,
+    Map,
+    Model,
+    Params,
+    Prior,
+    Targets,
+    Text,
+    Variant,
+)
 from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["infer"]
@@ -22,9 +33,7 @@ def infer(
     engine: Engine = "exact",
     frames: Frames = None,
     params: Params = None,
-    prior: Annotated[
-        Path | None, typer.Option(help="A saved posterior whose beliefs are the prior.")
-    ] = None,
+    prior: Prior = None,
     out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the beliefs and what explains them, .png .pdf .svg.")

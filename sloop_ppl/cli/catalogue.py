@@ -14,7 +14,7 @@ __all__ = ["list_names"]
 
 def list_names(
     what: Annotated[
-        str, typer.Argument(help="models, likelihoods, engines, planners, frames or maps.")
+        str, typer.Argument(help="models, likelihoods, engines, planners, frames, priors or maps.")
     ],
     json: Json = False,
 ) -> None:

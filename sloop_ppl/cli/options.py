@@ -15,6 +15,7 @@ __all__ = [
     "Model",
     "Nlp",
     "Params",
+    "Prior",
     "Targets",
     "Text",
     "Variant",
@@ -48,5 +49,12 @@ Frames = Annotated[
 Params = Annotated[
     Path | None,
     typer.Option(help="TOML or JSON file of the model's parameters.", show_default=False),
+]
+Prior = Annotated[
+    str | None,
+    typer.Option(
+        help="Belief before anything is said: a name of `sloop list priors`, a .nc or .json file.",
+        show_default=False,
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]

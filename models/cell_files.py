@@ -1,0 +1,97 @@
+"""A prior over cells from a netCDF file: a saved posterior, or a table of one's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.maps import CityMap
+
+__all__ = ["FileCells"]
+
+Table = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FileCells:
+    """The weights that a file holds.
+
+    Parameters
+    ----------
+    name : what to call it in messages.
+    belief : weights, dims (y, x), or (target, y, x) with the targets' ids; y from the south. Where
+        it has coordinates x and y they are cell centres in metres, and are checked. A target it
+        does not hold is anywhere.
+    map_name, map_digest : name and digest of the map it was made on, checked when there is one.
+    """
+
+    name: str
+    belief: xarray.DataArray
+    map_name: str = ""
+    map_digest: str | None = None
+
+    @staticmethod
+    def load(path: str | Path) -> FileCells:
+        """Read the variable ``belief`` of a netCDF file, such as ``sloop infer --out`` writes.
+
+        Raises
+        ------
+        InputError : when it cannot be read, or has no such variable of these dims.
+        """
+        try:
+            with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
+                data = opened.load()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "no netCDF"
+            raise InputError(f"Prior '{path}' cannot be read: {reason}") from error
+        if "belief" not in data:
+            raise InputError(
+                f"Prior '{path}' is not a posterior saved by sloop_ppl, nor has it a variable "
+                "'belief' of dims (y, x) or (target, y, x); expected one of the two"
+            )
+        belief = data["belief"]
+        if belief.dims not in (("y", "x"), ("target", "y", "x")):
+            raise InputError(
+                f"Prior '{path}' has a 'belief' of dims {belief.dims}; expected (y, x) or "
+                "(target, y, x)"
+            )
+        if "target" in belief.dims and "target" not in belief.coords:
+            raise InputError(f"Prior '{path}' does not name its targets; give the dim coordinates")
+        digest = data.attrs.get("map_digest")
+        made_on = str(data.attrs.get("map", "")), None if digest is None else str(digest)
+        return FileCells(str(path), belief, *made_on)
+
+    def __call__(self, city: CityMap, target: str) -> Table:
+        """Return the weights for a target, shape (H, W).
+
+        Raises
+        ------
+        InputError : when the file was made on another map or other cells.
+        """
+        if self.map_digest is not None and self.map_digest != city.digest:
+            raise InputError(
+                f"Prior '{self.name}' was made on another map ('{self.map_name}'); expected "
+                f"'{city.name}' as it is now; make it again on this map"
+            )
+        grid = city.grid
+        shape = tuple(self.belief.shape[-2:])
+        if shape != grid.shape:
+            raise InputError(f"Prior '{self.name}' has shape {shape}; expected {grid.shape}")
+        for axis, centres in (("x", grid.x_m), ("y", grid.y_m)):
+            if axis in self.belief.coords and not np.allclose(
+                self.belief[axis], centres, rtol=0, atol=1e-3 * grid.cell_m
+            ):
+                raise InputError(
+                    f"Prior '{self.name}' has other cells than map '{city.name}': its {axis} "
+                    f"starts at {float(self.belief[axis][0]):g} m, expected {centres[0]:g} m"
+                )
+        if "target" not in self.belief.dims:
+            return np.asarray(self.belief.values, dtype=np.float64)
+        if target not in self.belief["target"]:
+            return np.ones(grid.shape)
+        return np.asarray(self.belief.sel(target=target).values, dtype=np.float64)
