@@ -23,7 +23,7 @@ def examples_of(
         city = find_map(scene.map)
         said = Description(scene.text, city.name, scene.objects, scene.relations)
         cells = {target: place.cell for target, place in scene.targets.items()}
-        examples.append(Example(said, city, cells))
+        examples.append(Example(said, city, cells, scene.speaker))
     return examples
 
 
@@ -58,7 +58,7 @@ def refitted(
     found = {}
     for left_out in maps:
         rest = examples_of([scene for scene in scenes if scene.map != left_out], find_map)
-        fitted = fit(rest, model, iterations=iterations)
+        fitted = fit(rest, model, iterations=iterations, intervals=False)
         found[left_out] = fitted.apply(model)
         if progress:
             score = fitted.provenance["mean_log_score_after"]

@@ -22,7 +22,7 @@ from sloop_ppl.models.templates import in_english, speakable_grounds
 from sloop_ppl.models.terms import RelationTerm, ground_relations
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
-__all__ = ["SPEAKER", "Latents", "Simulated", "simulate"]
+__all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "why_mute"]
 
 _FRONTS = 360
 _TOGETHER = 128
@@ -119,7 +119,8 @@ def simulate(
     >>> len(drawn.description.relations)
     2
     """
-    _check_model(model)
+    if reason := why_mute(model):
+        raise InputError(reason)
     named = {target.id: target for target in DEFAULT_TARGETS}
     objects = tuple(
         named.get(t, TargetObject(t, (t,))) if isinstance(t, str) else t for t in targets
@@ -132,10 +133,13 @@ def simulate(
             "number of grounds that can be spoken of"
         )
     weights = np.ones(city.grid.size) if prior is None else np.asarray(prior, float).reshape(-1)
-    grounded = {ground: _Ground.of(ground, city, model) for ground in choice}
+    grounded: dict[str, _Ground] = {}
     drawn = []
     for _ in objects:
         picked = rng.choice(len(choice), int(rng.integers(least, most + 1)), replace=False)
+        for ground in (choice[i] for i in picked):
+            if ground not in grounded:
+                grounded[ground] = _Ground.of(ground, city, model)
         drawn.append(_draw([grounded[choice[i]] for i in picked], model, weights, rng))
     words = _choose_words([phrase for about in drawn for phrase in about.phrases], model)
     relations, latents = [], {}
@@ -240,21 +244,23 @@ def _word_chances(phrases: Sequence[_Phrase], model: Preset) -> NDArray[np.float
     return chances
 
 
-def _check_model(model: Preset) -> None:
+def why_mute(model: Preset) -> str | None:
+    """Return why a model gives what is said no probability; None for one that can speak."""
     if model.normalisation != "speaker":
-        raise InputError(
+        return (
             f"Model '{model.name}' has '{model.normalisation}' normalisation, which gives words "
             "no probability; expected 'speaker'"
         )
     for part in model.components:
         literal = part.combine == "product" and part.read_as is None and part.keep_frames
         if not (literal or part.combine == "idle") or part.cut:
-            raise InputError(
+            return (
                 f"Component '{part.name}' of model '{model.name}' gives words no probability; "
                 "expected plain products and combine='idle'"
             )
     if model.temper or model.error_m or model.shared_frames:
-        raise InputError(
+        return (
             f"Model '{model.name}' tempers, blurs or shares frames, which the speaker does not; "
             "set temper and error_m to 0 and shared_frames to False"
         )
+    return None

@@ -37,6 +37,10 @@ def speakable_grounds(city: CityMap) -> tuple[str, ...]:
     A name that another landmark has, that is part of another's name or has another's in it, that
     begins with a word of another's, or that joins names ("A & B", "A / B") may be read otherwise.
     """
+    return city.derived("speakable grounds", lambda: _speakable(city))
+
+
+def _speakable(city: CityMap) -> tuple[str, ...]:
     called = {
         landmark.id: [name.casefold() for name in (landmark.name, *landmark.aliases) if name]
         for landmark in city.landmarks

@@ -10,9 +10,12 @@ import torch
 import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import infer_description
-from sloop_ppl.inference.learning import Example, _Free, _grouped, _scores, fit, log_scores
+from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.inference.known_cells import BeliefScore, WordScore, known_cells
+from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, maximise
 from sloop_ppl.models import LIKELIHOODS, preset
 from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 
@@ -40,22 +43,65 @@ def test_the_score_is_that_of_the_posterior(examples, model):
     np.testing.assert_allclose(log_scores(examples, model).numpy(), expected, atol=1e-9)
 
 
-def test_every_learnt_number_has_the_right_gradient(examples, model):
-    free = _Free(model, ["near_m", "tail", "kappa_frame", "lapse", "temper", "kappa", "weights"])
-    groups = _grouped(examples, model)
-
-    def loss(z):
-        return torch.cat([_scores(free.at(z), free.log_weights(z), g) for g in groups]).sum()
-
+def slopes(known, free):
+    """Check the gradient of a score against differences; return it."""
     z = free.start.clone().requires_grad_(True)
-    (gradient,) = torch.autograd.grad(loss(z), z)
-    for i in range(len(z)):
+    (gradient,) = torch.autograd.grad(known.scores(free, z, {}).sum(), z)
+    for i, name in enumerate(free.names):
         step = torch.zeros_like(z)
         step[i] = 1e-5
         with torch.no_grad():
-            slope = float((loss(z + step) - loss(z - step)) / 2e-5)
-        assert float(gradient[i]) == pytest.approx(slope, rel=1e-4, abs=1e-5), i
-    assert bool((gradient.abs() > 1e-6).all())
+            up, down = (known.scores(free, z + s * step, {}).sum() for s in (1, -1))
+        slope = float((up - down) / 2e-5)
+        assert float(gradient[i]) == pytest.approx(slope, rel=1e-4, abs=1e-5), name
+    return gradient
+
+
+def test_every_learnt_number_has_the_right_gradient(examples, model):
+    learn = ["near_m", "tail", "kappa_frame", "lapse", "temper", "kappa", "weights"]
+    free = FreeParameters(model, learn)
+    known = known_cells(examples, free)
+    assert isinstance(known, BeliefScore)
+    assert bool((slopes(known, free).abs() > 1e-6).all())
+
+
+def test_a_speaker_s_numbers_have_the_right_gradient(examples):
+    free = FreeParameters(SPEAKER, ["near_m", "tail", "kappa_frame", "lapse", "kappa", "weights"])
+    known = known_cells(examples, free)
+    assert isinstance(known, WordScore)
+    assert bool((slopes(known, free).abs() > 1e-6).all())
+
+
+def test_the_words_at_a_known_cell_have_the_evidence_of_that_cell():
+    """Normalised over cells, the probability of what was said is the belief there."""
+    city = sloop.load_map("cleveland", cell_m=20.0)
+    drawn = simulate(city, ["RedBike"], np.random.default_rng(1), phrases=3)
+    said = drawn.description
+    denied = replace(said.relations[1], negated=True)
+    beyond = replace(said.relations[2], relation="across")
+    said = replace(said, relations=(said.relations[0], denied, beyond))
+    cells = [divmod(i, city.grid.n_cols) for i in range(city.grid.size)]
+    everywhere = [Example(said, city, {"RedBike": cell}) for cell in cells]
+    free = FreeParameters(SPEAKER, ["lapse"])
+    known = known_cells(everywhere, free)
+    log_p = known.scores(free, free.start, {})
+    belief = infer_description(said, city, SPEAKER)[0].belief("RedBike")
+    np.testing.assert_allclose(torch.softmax(log_p, 0), belief.reshape(-1), rtol=1e-6)
+
+
+def test_deviations_move_the_numbers_of_a_speaker(examples):
+    spoken = [replace(one, speaker="ab"[i % 2]) for i, one in enumerate(examples)]
+    for model in (SPEAKER, replace(SPEAKER, normalisation="map")):
+        free = FreeParameters(model, ["near_m", "kappa"])
+        known = known_cells(spoken, free, ("a", "b"))
+        away = {i: torch.tensor([0.4, -0.3], dtype=torch.float64) for i in range(2)}
+        total = float(known.scores(free, free.start, away).sum())
+        each = 0.0
+        for i, speaker in enumerate("ab"):
+            own = known_cells([one for one in spoken if one.speaker == speaker], free)
+            z = free.start + torch.stack([away[0][i], away[1][i]])
+            each += float(own.scores(free, z, {}).sum())
+        assert total == pytest.approx(each, abs=1e-9)
 
 
 def test_fitting_raises_the_score_and_what_it_found_reloads(examples, model, tmp_path):
@@ -105,6 +151,82 @@ def test_no_cell_is_known(examples, model):
         fit([blind], model)
 
 
-def test_a_speaker_s_frames_are_not_among_what_is_learnt():
-    with pytest.raises(InputError, match="'kappa' of model 'speaker' cannot be learnt"):
-        _Free(SPEAKER, ["kappa"])
+def test_a_cell_off_the_map(examples, model):
+    astray = replace(examples[0], cells={"RedBike": (3, 99)})
+    with pytest.raises(InputError, match=r"Example 0 has 'RedBike' in cell \(3, 99\); expected"):
+        fit([astray], model)
+
+
+def test_a_score_that_is_no_number_is_refused(examples):
+    class Broken:
+        size, told = 1, "score"
+
+        def scores(self, free, z, deviations):
+            return z.sum()[None] * math.nan
+
+    with pytest.raises(InputError, match="The score is nan under model 'speaker'; expected a fin"):
+        maximise(FreeParameters(SPEAKER, ["near_m"]), Broken(), iterations=5)
+
+
+class Gaussian:
+    """A score whose maximum and curvature are known by hand."""
+
+    size, told = 1, "score"
+
+    def scores(self, free, z, deviations):
+        return -0.5 * (4 * (z[0] - 1) ** 2 + 2 * (z[0] - 1) * z[1] + 3 * z[1] ** 2)[None]
+
+
+def test_the_curvature_is_that_of_the_score_and_the_prior():
+    free = FreeParameters(SPEAKER, ["near_m", "tail"])
+    z, _ = maximise(free, Gaussian(), iterations=50)
+    # The prior adds one to the diagonal: [[5, 1], [1, 4]] z = [4, 1].
+    np.testing.assert_allclose(z, np.linalg.solve([[5, 1], [1, 4]], [4, 1]), atol=1e-3)
+    covariance = curvature(free, Gaussian(), z)
+    np.testing.assert_allclose(covariance, np.linalg.inv([[5, 1], [1, 4]]), rtol=1e-5)
+
+
+def test_nothing_curves_down_away_from_a_maximum():
+    class Saddle(Gaussian):
+        def scores(self, free, z, deviations):
+            return (z[0] ** 2)[None]
+
+    free = FreeParameters(SPEAKER, ["near_m", "tail"])
+    assert curvature(free, Saddle(), free.start) is None
+
+
+def test_intervals_are_symmetric_in_the_numbers(examples):
+    free = FreeParameters(SPEAKER, ["near_m", "lapse", "weights"])
+    covariance = torch.eye(4, dtype=torch.float64) * 0.25
+    ends = free.intervals(free.start, covariance, 2.0)
+    assert ends["near_m"] == pytest.approx((15 * math.exp(-0.7), 15 * math.exp(0.7)))
+    low, high = ends["lapse"]
+    assert math.log(low / (1 - low) * high / (1 - high)) == pytest.approx(2 * math.log(0.1 / 0.9))
+    # Two weights: the log odds are the difference of two numbers of deviation one half.
+    odds = math.log(0.85 / 0.15)
+    for end, sign in zip(ends["weights:literal"], (-1, 1), strict=True):
+        assert math.log(end / (1 - end)) == pytest.approx(odds + sign * 2 * 0.5**0.5)
+    assert sum(ends["weights:careless"]) == pytest.approx(2 - sum(ends["weights:literal"]))
+
+
+TRUTH = ("contact_m", "near_m", "directed_m", "kappa_compass", "kappa_frame")
+
+
+def recovered(seed, count):
+    """Fit to simulated descriptions; return name -> whether the truth is inside, and the fit."""
+    city = sloop.load_map("cleveland")
+    names = [f"T{i}" for i in range(count)]
+    grounds = speakable_grounds(city)[:8]
+    drawn = simulate(city, names, np.random.default_rng(seed), phrases=3, grounds=grounds)
+    cells = {name: drawn.latents[name].cell for name in names}
+    start = with_parameters(SPEAKER, {"likelihood": {"near_m": 25.0}, "frames": {"kappa": 2.0}})
+    learn = [*TRUTH, "kappa", "lapse", "weights"]
+    found = fit([Example(drawn.description, city, cells)], start, learn=learn)
+    truth = {"likelihood": {name: getattr(SPEAKER.likelihood, name) for name in TRUTH}}
+    truth |= {"model": {"lapse": 0.1}, "frames": {"kappa": 4.0}}
+    truth["weights"] = {part.name: part.weight for part in SPEAKER.components}
+    return {
+        name: found.intervals[section][name][0] < value < found.intervals[section][name][1]
+        for section, values in truth.items()
+        for name, value in values.items()
+    }, found

@@ -79,8 +79,9 @@ def test_each_word_is_said_as_often_as_it_is_likely(city):
 
 
 def test_latents_follow_their_priors(city):
-    rng = np.random.default_rng(5)
-    drawn = [simulate(city, ["RedBike"], rng, phrases=2).latents["RedBike"] for _ in range(600)]
+    names = [f"T{i}" for i in range(600)]
+    told = simulate(city, names, np.random.default_rng(5), phrases=2).latents
+    drawn = [told[name] for name in names]
     careless = np.mean([one.component == "careless" for one in drawn])
     slips = np.mean([slip for one in drawn for slip in one.lapses])
     # Five standard deviations: fails by chance once in a million.

@@ -1,0 +1,209 @@
+"""What may be learnt of a model, as numbers that are standard normal under their priors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import is_dataclass, replace
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.models import Preset
+from sloop_ppl.models.likelihoods import Parameter, parameters_of, with_values
+from sloop_ppl.models.likelihoods.parameters import share_parameter
+from sloop_ppl.models.simulate import why_mute
+
+__all__ = ["FreeParameters"]
+
+_MODEL = (
+    share_parameter("lapse", 0.1, "probability that a phrase is wrong"),
+    share_parameter("temper", 0.5, "how far a component of several phrases is tempered"),
+)
+_KAPPA = Parameter(
+    "kappa", "1", 0.0, math.inf, 4.0, 0.7, "concentration around the likeliest front"
+)
+
+
+class FreeParameters:
+    """What is learnt of a model, as P standard normal numbers.
+
+    Parameters
+    ----------
+    model : where the numbers start.
+    learn : names of what is learnt; all that the model has when None.
+
+    Attributes
+    ----------
+    names : name of each number, ``weights:component`` for those of the mixture.
+    start, centre : where the numbers start, and the mean of their prior, shape (P,).
+
+    Raises
+    ------
+    InputError : when a name is unknown, or the model is one that cannot be fitted.
+
+    Notes
+    -----
+    Each parameter is a standard normal number of its declared prior, in float64: the log (or,
+    within a finite range, the log odds) of the value less that of the median, over the scale.
+    Mixture weights are a softmax of standard normal numbers around the model's own.
+    """
+
+    def __init__(self, model: Preset, learn: Sequence[str] | None) -> None:
+        if model.needs_truth or model.shared_frames or model.error_m:
+            raise InputError(
+                f"Model '{model.name}' is told the truth, shares frames or an error; such a model "
+                "cannot be fitted"
+            )
+        self.model = model
+        self.speaks = not why_mute(model)
+        declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
+        declared |= {p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.speaks}
+        prior: Any = model.frame_prior
+        if is_dataclass(prior) and hasattr(prior, "kappa"):
+            declared["kappa"] = ("frames", _KAPPA)
+        known = [*declared, *(["weights"] if len(model.components) > 1 else [])]
+        chosen = known if learn is None else list(dict.fromkeys(learn))
+        for name in chosen:
+            if name not in known:
+                raise InputError(
+                    f"'{name}' of model '{model.name}' cannot be learnt; expected one of "
+                    f"{', '.join(known)}"
+                )
+        if not chosen:
+            raise InputError(f"Model '{model.name}' has nothing to learn")
+        self._learnt = [(*declared[name], name) for name in chosen if name in declared]
+        self._parts = [part.name for part in model.components] if "weights" in chosen else []
+        shares = [part.weight for part in model.components] if self._parts else []
+        own = torch.tensor(shares, dtype=torch.float64).log()
+        numbers = [_to_normal(p, self._now(section, p)) for section, p, _ in self._learnt]
+        start = torch.tensor(numbers, dtype=torch.float64)
+        self.start = torch.cat([start, own])
+        self.centre = torch.cat([torch.zeros_like(start), own])
+        self.names = (
+            *(name for _, _, name in self._learnt),
+            *(f"weights:{part}" for part in self._parts),
+        )
+
+    def may_vary(self, name: str) -> int:
+        """Return the position of a parameter that may differ from speaker to speaker.
+
+        Raises
+        ------
+        InputError : when it is not learnt, or is no number of the likelihood or the frames.
+        """
+        varying = [n for section, _, n in self._learnt if section != "model"]
+        if name not in varying:
+            raise InputError(
+                f"'{name}' cannot vary from speaker to speaker; expected one of what is learnt of "
+                f"the likelihood and the frames: {', '.join(varying) or 'nothing'}"
+            )
+        return self.names.index(name)
+
+    def at(self, z: Sequence[Tensor] | Tensor) -> Preset:
+        """Return the model at these numbers, its parameters tensors.
+
+        Parameters
+        ----------
+        z : one number per parameter; those of the likelihood and the frames may be of shape (S,),
+            one per cell of the terms that the model is asked about.
+        """
+        sections: dict[str, dict[str, Any]] = {"likelihood": {}, "model": {}, "frames": {}}
+        for i, (section, parameter, name) in enumerate(self._learnt):
+            sections[section][name] = _from_normal(parameter, z[i])
+        model = replace(self.model, **sections["model"])
+        likelihood = with_values(model.likelihood, sections["likelihood"])
+        prior: Any = model.frame_prior
+        if sections["frames"]:
+            prior = replace(prior, **sections["frames"])
+        return replace(model, likelihood=likelihood, frame_prior=prior)
+
+    def log_weights(self, z: Tensor) -> Tensor | None:
+        """Return the log weights of the components, or None when they are not learnt."""
+        return torch.log_softmax(z[len(self._learnt) :], -1) if self._parts else None
+
+    def values(self, z: Tensor) -> dict[str, Tensor]:
+        """Return name -> values at some numbers; what is learnt of weights is the weights.
+
+        Parameters
+        ----------
+        z : shape (..., P).
+
+        Returns
+        -------
+        dict of Tensor
+            By the names of `names`, shape (...) each.
+        """
+        told = {
+            name: _from_normal(parameter, z[..., i])
+            for i, (_, parameter, name) in enumerate(self._learnt)
+        }
+        weights = torch.softmax(z[..., len(self._learnt) :], -1)
+        for k, part in enumerate(self._parts):
+            told[f"weights:{part}"] = weights[..., k]
+        return told
+
+    def by_section(self, values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+        """Lay out something per name of `names` as ``with_parameters`` takes parameters."""
+        sections = {name: section for section, _, name in self._learnt}
+        told: dict[str, dict[str, Any]] = {}
+        for name, value in values.items():
+            section, _, own = name.rpartition(":")
+            told.setdefault(section or sections[name], {})[own] = value
+        return told
+
+    def intervals(self, z: Tensor, covariance: Tensor, deviations: float) -> dict[str, Any]:
+        """Return name -> ends of an interval that is symmetric in the number, not in the value.
+
+        Parameters
+        ----------
+        z : the middle, shape (P,).
+        covariance : of the numbers, shape (P, P).
+        deviations : half the interval in standard deviations; 1.96 of them are 95 %.
+        """
+        away = deviations * covariance.diagonal().sqrt()
+        low, high = self.values(z - away), self.values(z + away)
+        told = {name: (float(low[name]), float(high[name])) for _, _, name in self._learnt}
+        first = len(self._learnt)
+        for k, part in enumerate(self._parts):
+            # A weight's log odds are its number less the logsumexp of the others.
+            others = torch.arange(len(self._parts)) != k
+            slope = torch.zeros_like(z)
+            slope[first + k] = 1.0
+            slope[first:][others] = -torch.softmax(z[first:][others], 0)
+            odds = z[first + k] - torch.logsumexp(z[first:][others], 0)
+            half = deviations * (slope @ covariance @ slope).sqrt()
+            ends = torch.sigmoid(torch.stack([odds - half, odds + half]))
+            told[f"weights:{part}"] = (float(ends[0]), float(ends[1]))
+        return told
+
+    def _now(self, section: str, parameter: Parameter) -> float:
+        owner: Any = {
+            "likelihood": self.model.likelihood,
+            "model": self.model,
+            "frames": self.model.frame_prior,
+        }[section]
+        value = float(getattr(owner, parameter.name))
+        # At its bound (no lapse, no tempering) a number starts from its prior's median.
+        return value if parameter.low < value < parameter.high else parameter.prior_median
+
+
+def _scaled(parameter: Parameter, value: Tensor) -> Tensor:
+    low = torch.log(value - parameter.low)
+    return low if math.isinf(parameter.high) else low - torch.log(parameter.high - value)
+
+
+def _to_normal(parameter: Parameter, value: float) -> float:
+    both = torch.tensor([value, parameter.prior_median], dtype=torch.float64)
+    at, median = _scaled(parameter, both)
+    return float((at - median) / parameter.prior_scale)
+
+
+def _from_normal(parameter: Parameter, z: Tensor) -> Tensor:
+    median = _scaled(parameter, torch.tensor(parameter.prior_median, dtype=torch.float64))
+    moved = median + parameter.prior_scale * z
+    if math.isinf(parameter.high):
+        return parameter.low + torch.exp(moved)
+    return parameter.low + (parameter.high - parameter.low) * torch.sigmoid(moved)

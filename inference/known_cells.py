@@ -1,0 +1,230 @@
+"""Score a model by targets whose cells are known, differentiably.
+
+Two scores: the log belief at the known cell, and, for a model that gives words a probability, the
+log probability of what was said there, which takes the known cells only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import Preset, RelationTerm, gather_evidence, ground_description
+from sloop_ppl.models.logspace import log_normalise
+from sloop_ppl.models.phrases import log_idle, log_words
+from sloop_ppl.models.speaker import word_options
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+
+__all__ = ["BeliefScore", "Example", "KnownCells", "WordScore", "belief_scores", "known_cells"]
+
+Deviations = Mapping[int, Tensor]
+"""Number -> how far each speaker's is from the population's, shape (speakers,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A description and where its targets truly are.
+
+    Parameters
+    ----------
+    description : what was said.
+    city : the map.
+    cells : target -> row (row 0 in the south) and column; targets left out teach nothing.
+    speaker : who said it; only wanted where parameters vary from speaker to speaker.
+    """
+
+    description: Description
+    city: CityMap
+    cells: Mapping[str, tuple[int, int]]
+    speaker: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """One target whose cell is known, and what was said of it."""
+
+    terms: tuple[RelationTerm, ...]
+    city: CityMap
+    cell: int
+    speaker: int
+
+
+class KnownCells(Protocol):
+    """What a set of examples says of a model, with `size` targets."""
+
+    size: int
+    told: str
+
+    def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
+        """Return a log score per target at some numbers, shape (N,)."""
+
+
+def known_cells(
+    examples: Sequence[Example], free: FreeParameters, speakers: Sequence[str] = ()
+) -> KnownCells:
+    """Return what examples are scored by: words where the model gives them a chance, else belief.
+
+    Parameters
+    ----------
+    examples : descriptions with known cells.
+    free : what is learnt, of which model.
+    speakers : names of all speakers when parameters vary between them.
+
+    Raises
+    ------
+    InputError : when no example knows a cell of which something was said, a cell is not on its
+        map, or speakers are wanted and an example has none.
+    """
+    known = _known(examples, free.model, speakers)
+    return WordScore(known) if free.speaks else BeliefScore(known)
+
+
+def belief_scores(examples: Sequence[Example], model: Preset) -> Tensor:
+    """Return the log belief at each known cell, map by map, shape (N,)."""
+    groups = BeliefScore(_known(examples, model, ())).groups
+    with torch.no_grad():
+        return torch.cat([_log_beliefs(model, None, group) for group in groups])
+
+
+def _known(examples: Sequence[Example], model: Preset, speakers: Sequence[str]) -> list[_Known]:
+    known = []
+    for i, example in enumerate(examples):
+        if speakers and example.speaker is None:
+            raise InputError(
+                f"Example {i} has no speaker; expected one, for parameters vary between speakers"
+            )
+        speaker = speakers.index(example.speaker) if speakers and example.speaker else 0
+        grounded = ground_description(example.description, example.city, model)
+        rows, cols = example.city.grid.shape
+        for target, (row, col) in example.cells.items():
+            if not (0 <= row < rows and 0 <= col < cols):
+                raise InputError(
+                    f"Example {i} has '{target}' in cell ({row}, {col}); expected rows 0 to "
+                    f"{rows - 1} and columns 0 to {cols - 1}"
+                )
+            if grounded.get(target):
+                known.append(_Known(grounded[target], example.city, row * cols + col, speaker))
+    if examples and not known:
+        raise InputError("No example says anything of a target whose cell is known")
+    return known
+
+
+class BeliefScore:
+    """The log belief at the known cells, every model's score; maps are scored whole."""
+
+    told = "log score of known cells"
+
+    def __init__(self, known: Sequence[_Known]) -> None:
+        self.size = len(known)
+        parted: dict[tuple[str, int], list[_Known]] = {}
+        for one in known:
+            parted.setdefault((one.city.digest, one.speaker), []).append(one)
+        self.groups = list(parted.values())
+
+    def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
+        """Return the log belief at each known cell, map by map and speaker by speaker, (N,)."""
+        weights = free.log_weights(z)
+        found = []
+        for group in self.groups:
+            own = list(z)
+            for i, away in deviations.items():
+                own[i] = z[i] + away[group[0].speaker]
+            found.append(_log_beliefs(free.at(own), weights, group))
+        return torch.cat(found)
+
+
+def _log_beliefs(model: Preset, log_weights: Tensor | None, group: Sequence[_Known]) -> Tensor:
+    """Return the log belief at the known cells of one map, differentiable, shape (N,)."""
+    evidence = gather_evidence([one.terms for one in group], group[0].city, model)
+    weight = evidence.log_weight
+    if log_weights is not None:
+        weight = log_normalise(torch.where(torch.isfinite(weight), log_weights, -math.inf))
+    rows = evidence.log_truth[0].sum(2) + evidence.log_normaliser[0]
+    log_p = log_normalise(torch.logsumexp(weight[..., None] + rows, 1))
+    return log_p[torch.arange(len(group)), torch.tensor([one.cell for one in group])]
+
+
+@dataclass(frozen=True, eq=False)
+class _Spoken:
+    """All phrases about one ground: what could have been said, and what was, at known cells."""
+
+    options: tuple[RelationTerm, ...]
+    words: NDArray[np.intp]
+    denied: NDArray[np.bool_]
+    target: Tensor
+    speaker: Tensor
+
+
+class WordScore:
+    """The log probability of what was said, given the known cell: phrases ground by ground."""
+
+    told = "log probability of what was said of known cells"
+
+    def __init__(self, known: Sequence[_Known]) -> None:
+        self.size = len(known)
+        self._phrases = torch.tensor([len(one.terms) for one in known], dtype=torch.float64)
+        met: dict[Hashable, list[tuple[int, RelationTerm]]] = {}
+        for n, one in enumerate(known):
+            for term in one.terms:
+                key = (one.city.digest, term.grounds, term.joint)
+                met.setdefault(key, []).append((n, term))
+        self._grounds = [some for phrases in met.values() for some in _spoken(phrases, known)]
+
+    def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
+        """Return the log probability of what was said of each target, shape (N,)."""
+        model = free.at(z)
+        literal = torch.zeros(self.size, dtype=torch.float64)
+        for ground in self._grounds:
+            own = list(z)
+            for i, away in deviations.items():
+                own[i] = z[i] + away[ground.speaker]
+            there = free.at(own) if deviations else model
+            meant = log_words(ground.options, there, ground.words, ground.denied)
+            literal = literal.index_add(0, ground.target, _with_slips(meant, model))
+        idle = self._phrases * log_idle(model, 1)
+        each = [literal if part.combine == "product" else idle for part in model.components]
+        weights = free.log_weights(z)
+        if weights is None:
+            shares = torch.tensor([part.weight for part in model.components], dtype=torch.float64)
+            weights = log_normalise(shares.log())
+        return torch.logsumexp(torch.stack(each) + weights[:, None], 0)
+
+
+def _with_slips(meant: Tensor, model: Preset) -> Tensor:
+    lapse = torch.as_tensor(model.lapse, dtype=torch.float64)
+    return torch.logaddexp(meant + torch.log1p(-lapse), lapse.log() + log_idle(model, 1))
+
+
+def _spoken(
+    phrases: Sequence[tuple[int, RelationTerm]], known: Sequence[_Known]
+) -> Iterator[_Spoken]:
+    """Yield the phrases about one ground; a meaning beyond the vocabulary makes its own group."""
+    words, _ = word_options(phrases[0][1])
+    index = {option.relation_class: i for i, option in enumerate(words[: len(SPEAKER_WORDS)])}
+    parted: dict[Hashable, list[tuple[int, RelationTerm]]] = {}
+    for n, term in phrases:
+        plain = term.relation_class in index
+        key = None if plain else (term.relation, term.said_distance_m)
+        parted.setdefault(key, []).append((n, term))
+    for some in parted.values():
+        targets = np.array([n for n, _ in some])
+        cells = np.array([known[n].cell for n in targets])
+        options, chosen = word_options(some[0][1].at(cells))
+        yield _Spoken(
+            options,
+            np.array([index.get(term.relation_class, chosen) for _, term in some]),
+            np.array([term.negated for _, term in some]),
+            torch.from_numpy(targets),
+            torch.tensor([known[n].speaker for n in targets]),
+        )
