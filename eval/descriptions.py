@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._objects import declared_object
@@ -22,6 +23,7 @@ __all__ = [
     "Place",
     "bundled_examples",
     "read_descriptions",
+    "read_sound_descriptions",
 ]
 
 FindMap = Callable[[str], CityMap]
@@ -90,6 +92,14 @@ class DescribedScene:
     speaker: str | None = None
     frames: tuple[FrameAnnotation, ...] = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by value; a view of a mapping cannot be pickled."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return DescribedScene, (*({**values, "targets": dict(self.targets)}.values()),)
+
     @property
     def objects(self) -> tuple[TargetObject, ...]:
         """The declared objects in file order; empty means the default ones."""
@@ -133,6 +143,31 @@ def read_descriptions(
     >>> scene.map, scene.targets["RedBike"].cell, scene.relations[1].grounds
     ('austin', (34, 19), ('ClaudiaTaylorJohnsonHall', 'ChaseBankTower'))
     """
+    scenes, faults = read_sound_descriptions(paths, find_map)
+    if faults:
+        raise InputError("; ".join(faults))
+    return scenes
+
+
+def read_sound_descriptions(
+    paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
+) -> tuple[tuple[DescribedScene, ...], tuple[str, ...]]:
+    """Return the lines of description files that follow the format, and the faults of the others.
+
+    Parameters
+    ----------
+    paths, find_map : as in `read_descriptions`.
+
+    Returns
+    -------
+    tuple
+        The scenes in file order, and a fault for each line or file that has one: file, line
+        number, field, what was found and what was expected.
+
+    Raises
+    ------
+    InputError : when a file cannot be read.
+    """
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)
     scenes: dict[str, DescribedScene] = {}
@@ -148,9 +183,7 @@ def read_descriptions(
                 faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
         if before == (len(scenes), len(faults)):
             faults.append(f"{source} holds no description; expected one JSON object a line")
-    if faults:
-        raise InputError("; ".join(faults))
-    return tuple(scenes.values())
+    return tuple(scenes.values()), tuple(faults)
 
 
 def bundled_examples() -> tuple[DescribedScene, ...]:
@@ -196,7 +229,7 @@ def _scene(record: Record, find: FindMap) -> DescribedScene:
         map=name,
         configuration=record.text("configuration", scene_id),
         text=text,
-        targets=MappingProxyType(targets),
+        targets=targets,
         relations=_relations(record.entries("relations"), targets, city),
         speaker=record.optional_text("speaker"),
         frames=tuple(_frame(e, city) for e in record.entries("frames", required=False)),

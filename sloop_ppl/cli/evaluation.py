@@ -10,7 +10,7 @@ import typer
 from sloop_ppl.cli.options import Json, Nlp, Params
 from sloop_ppl.cli.output import print_data, print_json, progress
 
-__all__ = ["app", "parse", "quality"]
+__all__ = ["app", "parse", "quality", "search"]
 
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
@@ -80,3 +80,68 @@ def quality(
         print_json(found.to_json())
     else:
         print_data(*quality_lines(found))
+
+
+@app.command()
+def search(
+    files: Annotated[
+        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(help="Folder of the run; a stopped run goes on there.")],
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
+    ] = None,
+    gold: Annotated[
+        bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
+    ] = True,
+    models: Annotated[
+        str | None,
+        typer.Option(help="Models, separated by commas; else all.", show_default=False),
+    ] = None,
+    ranges: Annotated[str, typer.Option(help="Ranges of the sensor, cells.")] = "3,4,5",
+    starts: Annotated[int, typer.Option(help="Starts per target.")] = 1,
+    planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "fast",
+    sims: Annotated[int, typer.Option(help="Simulations per step.")] = 1000,
+    rollout: Annotated[
+        str | None,
+        typer.Option(help="published, random or informed; else the planner's.", show_default=False),
+    ] = None,
+    fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
+    steps: Annotated[int, typer.Option(help="Steps after which a search ends.")] = 200,
+    params: Params = None,
+    cv: Annotated[
+        str | None,
+        typer.Option(help="city: refit parameters without the line's city.", show_default=False),
+    ] = None,
+    primary: Annotated[
+        str | None,
+        typer.Option(help="The two models compared first; else bayes,sloop-m4."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; else one per processor.", show_default=False)
+    ] = None,
+    backend: Annotated[str, typer.Option(help="joblib, ray or dask.")] = "joblib",
+    address: Annotated[
+        str | None, typer.Option(help="Of the Ray or Dask cluster.", show_default=False)
+    ] = None,
+    skip_bad: Annotated[
+        bool, typer.Option("--skip-bad", help="Pass over lines that have a fault.")
+    ] = False,
+) -> None:
+    """Search for every described target under every model and range; resumable."""
+    from sloop_ppl.cli.sweep_progress import sweep_progress
+    from sloop_ppl.eval.sweep_files import SweepRequest, sweep_files
+    from sloop_ppl.eval.trials import Searching
+
+    searching = Searching(planner, sims, rollout, fov, steps, seed)
+    with sweep_progress() as shown:
+        folder = sweep_files(
+            SweepRequest(
+                files, out, maps, gold, models, params, cv, ranges, starts, searching, primary,
+                skip_bad, workers, backend, address,
+            ),
+            tell=progress,
+            progress=shown,
+        )  # fmt: skip
+    print_data(f"{folder.manifest['n_trials']} trials in {out}; see `sloop eval report {out}`")

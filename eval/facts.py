@@ -1,0 +1,134 @@
+"""What was said of each described target, and whether its frames were taken as the speaker did."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.eval.descriptions import DescribedScene, Place
+from sloop_ppl.language import SpatialRelation
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import PredictedPoint, RelationTerm, ground_relations
+
+__all__ = ["SaidRelation", "TargetFacts", "facts_of"]
+
+_FRONTS = PredictedPoint()
+
+
+@dataclass(frozen=True)
+class SaidRelation:
+    """One gold relation of a target.
+
+    Parameters
+    ----------
+    relation, relation_class : its word and the class of that.
+    grounds : ids of its grounds.
+    negated : whether it was denied.
+    good : for front, behind, left and right: whether the target lies on the predicted side of the
+        ground; None for the other relations, and for what was denied.
+    """
+
+    relation: str
+    relation_class: str
+    grounds: tuple[str, ...]
+    negated: bool
+    good: bool | None
+
+
+@dataclass(frozen=True)
+class TargetFacts:
+    """A described target.
+
+    Parameters
+    ----------
+    description, target : its ids.
+    map, configuration : where, and of which placement of the objects.
+    relations : the gold relations of this target.
+    """
+
+    description: str
+    target: str
+    map: str
+    configuration: str
+    relations: tuple[SaidRelation, ...]
+
+    @property
+    def good(self) -> bool | None:
+        """Whether all its frame relations are good; None when it has none."""
+        told = [r.good for r in self.relations if r.good is not None]
+        return all(told) if told else None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts as a JSON object."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> TargetFacts:
+        """Return the facts that `to_json` told.
+
+        Raises
+        ------
+        InputError : when a member is missing.
+        """
+        try:
+            relations = tuple(
+                SaidRelation(**{**one, "grounds": tuple(one["grounds"])})
+                for one in told["relations"]
+            )
+            return cls(**{**told, "relations": relations})
+        except (KeyError, TypeError) as error:
+            raise InputError(
+                f"The targets of a sweep are damaged ({error}); run it anew"
+            ) from error
+
+
+def facts_of(scene: DescribedScene, city: CityMap) -> list[TargetFacts]:
+    """Return what was said of each target of a scene, in its order."""
+    return [
+        TargetFacts(
+            description=scene.id,
+            target=target,
+            map=scene.map,
+            configuration=scene.configuration,
+            relations=_relations(scene.about(target), place, city),
+        )
+        for target, place in scene.targets.items()
+    ]
+
+
+def _relations(
+    said: Sequence[SpatialRelation], place: Place, city: CityMap
+) -> tuple[SaidRelation, ...]:
+    found = []
+    for relation in said:
+        terms = ground_relations((relation,), city)
+        framed = [t for t in terms if t.needs_frame and not t.is_map and not relation.negated]
+        goods = [_good(term, place) for term in framed]
+        found.append(
+            SaidRelation(
+                relation.relation,
+                terms[0].relation_class,
+                relation.grounds,
+                relation.negated,
+                all(goods) if goods else None,
+            )
+        )
+    return tuple(found)
+
+
+def _good(term: RelationTerm, place: Place) -> bool:
+    """Tell whether a target is on the side of its ground that the prediction says.
+
+    Notes
+    -----
+    Source: SLOOP sec. VI: the bearing from the ground's centroid has a positive cosine with the
+    predicted direction. The front is that of the nearest street, left and right are those of the
+    map; a street has two fronts, and one of them will do.
+    """
+    x, y = term.city.centroid(term.ground)
+    bearing = math.atan2(place.y_m - y, place.x_m - x)
+    fronts = [part.mean_rad for part in _FRONTS(term).parts]
+    return any(math.cos(bearing - (front + term.offset_rad)) > 0 for front in fronts)

@@ -1,0 +1,226 @@
+"""One trial of the paper's experiment: search for one described target under one belief."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.maps import CityMap
+from sloop_ppl.rng import child
+from sloop_ppl.search import SearchConfig, run_search
+from sloop_ppl.search.names import check_planner
+
+if TYPE_CHECKING:
+    from sloop_ppl.search import Episode
+
+__all__ = ["Searching", "Trial", "TrialKey", "run_trial", "trial_of"]
+
+_LEAST = 1e-15
+# What each search needs of a belief: a target in a cell that was excluded can still be seen.
+
+
+@dataclass(frozen=True, order=True)
+class TrialKey:
+    """What makes a trial the one it is; its random numbers follow from it alone.
+
+    Parameters
+    ----------
+    description : id of the description.
+    target : id of the target.
+    model : name of the model.
+    range_cells : how far the sensor sees, cells.
+    start : number of the start, from 0.
+    """
+
+    description: str
+    target: str
+    model: str
+    range_cells: float
+    start: int
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of a trial.
+
+    Parameters
+    ----------
+    key : which trial it is.
+    map, configuration : where, and of which placement of the objects.
+    found : whether the target was found.
+    steps : steps taken.
+    discounted_reward : sum of the discounted rewards.
+    reward : sum of the rewards.
+    start_m : where the robot began, x and y in metres.
+    seconds : wall time of the search; two runs of a trial differ in nothing else.
+    """
+
+    key: TrialKey
+    map: str
+    configuration: str
+    found: bool
+    steps: int
+    discounted_reward: float
+    reward: float
+    start_m: tuple[float, float]
+    seconds: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the trial as one flat JSON object."""
+        x, y = self.start_m
+        return {
+            **asdict(self.key),
+            "map": self.map,
+            "configuration": self.configuration,
+            "found": self.found,
+            "steps": self.steps,
+            "discounted_reward": self.discounted_reward,
+            "reward": self.reward,
+            "start_x_m": x,
+            "start_y_m": y,
+            "seconds": self.seconds,
+        }
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> Trial:
+        """Return the trial that `to_json` told.
+
+        Raises
+        ------
+        InputError : when a member is missing or unusable.
+        """
+        try:
+            return cls(
+                key=TrialKey(
+                    str(told["description"]),
+                    str(told["target"]),
+                    str(told["model"]),
+                    float(told["range_cells"]),
+                    int(told["start"]),
+                ),
+                map=str(told["map"]),
+                configuration=str(told["configuration"]),
+                found=bool(told["found"]),
+                steps=int(told["steps"]),
+                discounted_reward=float(told["discounted_reward"]),
+                reward=float(told["reward"]),
+                start_m=(float(told["start_x_m"]), float(told["start_y_m"])),
+                seconds=float(told["seconds"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"is no trial ({type(error).__name__}: {error})") from error
+
+
+@dataclass(frozen=True)
+class Searching:
+    """How the trials of a sweep search; the sensor's range is each trial's own.
+
+    Parameters
+    ----------
+    planner : name of the planner.
+    sims : simulations per step.
+    rollout : the planner's rollout; its own when None.
+    fov_deg : opening of the sensor's fan, degrees.
+    max_steps : steps after which a search ends.
+    seed : of all random numbers.
+
+    Raises
+    ------
+    InputError : when a value is out of its range.
+    UnknownName : when there is no such planner or rollout.
+    """
+
+    planner: str = "fast"
+    sims: int = 1000
+    rollout: str | None = None
+    fov_deg: float = 90.0
+    max_steps: int = 200
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_planner(self.planner)
+        if self.seed < 0:
+            raise InputError(f"The seed is {self.seed}; expected 0 or more")
+        self.config(max(3.0, SearchConfig.sensor_min_range_cells))
+
+    def config(self, range_cells: float) -> SearchConfig:
+        """Return the settings of a search with this range."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        del own["planner"], own["seed"]
+        return SearchConfig(sensor_range_cells=range_cells, **own)
+
+    @property
+    def label(self) -> str:
+        """The planner in a few words, such as ``"fast 1000, published rollout"``."""
+        if self.planner in ("greedy", "random"):
+            return self.planner
+        rollout = f", {self.rollout} rollout" if self.rollout else ""
+        return f"{self.planner} {self.sims}{rollout}"
+
+
+def run_trial(
+    key: TrialKey,
+    scene: DescribedScene,
+    city: CityMap,
+    belief: NDArray[np.float64],
+    searching: Searching,
+) -> Episode:
+    """Search for the target of a trial.
+
+    Parameters
+    ----------
+    key : the trial.
+    scene : its description.
+    city : its map.
+    belief : where the target is believed to be, shape (H, W), summing to one.
+    searching : how it is searched.
+
+    Notes
+    -----
+    The start and the noise of the environment are drawn from streams named after description,
+    target and number of the start, so that every model, range and planner meets the same ones.
+    Cells that the belief excludes altogether count as 1e-15.
+    """
+    place = scene.targets[key.target]
+    rng = child(
+        np.random.default_rng(searching.seed), "trial", key.description, key.target, key.start
+    )
+    return run_search(
+        {key.target: np.maximum(belief, _LEAST)},
+        city,
+        {key.target: (place.x_m, place.y_m)},
+        planner=searching.planner,
+        config=searching.config(key.range_cells),
+        rng=rng,
+    )
+
+
+def trial_of(
+    key: TrialKey,
+    scene: DescribedScene,
+    city: CityMap,
+    belief: NDArray[np.float64],
+    searching: Searching,
+) -> Trial:
+    """Run a trial and return what came of it; arguments as in `run_trial`."""
+    begun = time.perf_counter()
+    episode = run_trial(key, scene, city, belief, searching)
+    return Trial(
+        key=key,
+        map=scene.map,
+        configuration=scene.configuration,
+        found=episode.found,
+        steps=episode.steps,
+        discounted_reward=episode.discounted_return,
+        reward=math.fsum(episode.rewards),
+        start_m=episode.start[:2],
+        seconds=time.perf_counter() - begun,
+    )
