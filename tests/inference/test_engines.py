@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 import pytest
+import torch
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import ENGINES, importance, infer_description
-from sloop_ppl.models import Component, preset
+from sloop_ppl.inference import ENGINES, importance, infer_description, nuts, svi
+from sloop_ppl.models import Component, ground_description, preset
 from tests.scenes import house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
@@ -76,9 +77,36 @@ def test_engines_with_gradients_agree_roughly(engine, bound):
     """One front, one mode: the house's."""
     what = said(relation("behind", "House"))
     model = replace(BAYES, components=(Component("product"),))
-    exact, _ = infer_description(what, CITY, model)
-    rough, _ = infer_description(what, CITY, model, engine, rng=np.random.default_rng(0))
+    exact, info = infer_description(what, CITY, model)
+    rough, rough_info = infer_description(what, CITY, model, engine, rng=np.random.default_rng(0))
     assert total_variation(exact, rough) < bound
+    assert rough_info.log_evidence == pytest.approx(info.log_evidence, abs=0.05)
+
+
+@pytest.mark.parametrize("engine", ["nuts", "svi"])
+def test_engines_with_gradients_leave_threads_and_generators_alone(engine):
+    torch.manual_seed(5)
+    before, threads = torch.get_rng_state(), torch.get_num_threads()
+    few = {"nuts": partial(nuts, warmup=2, draws=3), "svi": partial(svi, steps=2, draws=3)}
+    what = said(relation("behind", "House"), relation("near", "MainSt"))
+    terms = ground_description(what, CITY, BAYES)["RedCar"]
+    log_prior = np.full((1, CITY.grid.size), -np.log(CITY.grid.size))
+    runs = [
+        few[engine]([terms], CITY, BAYES, log_prior=log_prior, rng=np.random.default_rng(3))
+        for _ in range(2)
+    ]
+    assert torch.equal(torch.get_rng_state(), before)
+    assert torch.get_num_threads() == threads
+    np.testing.assert_array_equal(runs[0].log_factor, runs[1].log_factor)
+
+
+@pytest.mark.parametrize("engine", ["nuts", "svi"])
+def test_without_a_frame_engines_with_gradients_are_exact(engine):
+    what = said(relation("near", "House"), relation("south", "MainSt"))
+    exact, info = infer_description(what, CITY)
+    same, same_info = infer_description(what, CITY, "bayes", engine, rng=np.random.default_rng(0))
+    assert total_variation(exact, same) < 1e-9
+    assert same_info.log_evidence == pytest.approx(info.log_evidence, abs=1e-9)
 
 
 @pytest.mark.parametrize("engine", ["importance", "nuts", "svi"])
