@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +23,7 @@ from sloop_ppl.models.likelihoods import (
 )
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["GuardedLikelihood", "described", "guarded", "line_of"]
+__all__ = ["GuardedLikelihood", "described", "guarded", "line_of", "trusted"]
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,12 @@ class GuardedLikelihood:
     ----------
     inner : the user's likelihood.
     name : what to call it in messages.
-    path : the file it stands in, to name the line that failed.
+    path : the file it stands in, to name the line that failed; None when there is none.
     """
 
     inner: RelationLikelihood
     name: str
-    path: Path
+    path: Path | None
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -68,12 +69,12 @@ class GuardedLikelihood:
     def _called(
         self, method: str, term: RelationTerm, shape: tuple[int, ...], call: Callable[[], Tensor]
     ) -> Tensor:
-        about = f"relation '{term.relation}' of {term.ground}"
+        about = f"relation '{term.relation}' of {term.ground} (site 'truth', phrase {term.index})"
         try:
             table = call()
         except Exception as error:
-            line = line_of(error, self.path)
-            at = f" at line {line} of {self.path.name}" if line else ""
+            line = None if self.path is None else line_of(error, self.path)
+            at = f" at line {line} of {self.path.name}" if self.path and line else ""
             raise InputError(
                 f"{method} of '{self.name}' fails for {about}{at}: {described(error)}"
             ) from error
@@ -94,8 +95,36 @@ class GuardedMarginal(GuardedLikelihood):
         )
 
 
-def guarded(likelihood: RelationLikelihood, name: str, path: Path) -> GuardedLikelihood:
-    """Return a likelihood whose every call is checked."""
+def trusted(likelihood: RelationLikelihood) -> bool:
+    """Tell whether a likelihood is of this package, whose tests hold it to its promises."""
+    return type(likelihood).__module__.split(".")[0] == "sloop_ppl"
+
+
+def guarded(
+    likelihood: RelationLikelihood, name: str | None = None, path: Path | None = None
+) -> GuardedLikelihood:
+    """Return a likelihood whose every call is checked.
+
+    Parameters
+    ----------
+    likelihood : the user's likelihood.
+    name, path : what to call it, and the file it stands in; its type's when None.
+
+    Raises
+    ------
+    InputError : when it has no method ``log_g``.
+    """
+    kind = type(likelihood)
+    if not callable(getattr(likelihood, "log_g", None)):
+        raise InputError(
+            f"Likelihood is a {kind.__name__}; expected an object with a method "
+            "log_g(term, direction_rad), such as one of sloop_ppl.models.LIKELIHOODS"
+        )
+    if name is None:
+        name = kind.__name__
+    if path is None:
+        file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+        path = None if file is None else Path(file)
     if isinstance(likelihood, ClosedFormMarginal):
         return GuardedMarginal(likelihood, name, path)
     return GuardedLikelihood(likelihood, name, path)

@@ -9,6 +9,7 @@ from typing import Literal
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FramePrior, PredictedPoint, PredictedSpread
+from sloop_ppl.models.guard import guarded, trusted
 from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
 from sloop_ppl.registry import Registry
 
@@ -95,7 +96,8 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
 
     Parameters
     ----------
-    name : a name in `PRESETS`, or a Preset, which is returned as it is.
+    name : a name in `PRESETS`, or a Preset, which is returned as it is, except that what a
+        likelihood from outside this package returns is checked at every call.
     variant : ``"published"`` for the authors' code; ``"paper"`` for the paper's text: \|u.v\|,
         directions from the nearest cell, at .05 and near .1, no cut. Only the ``sloop*`` models
         have the two.
@@ -112,8 +114,8 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
     if isinstance(name, Preset):
         if variant != name.variant and variant != "published":
             raise InputError(f"Model '{name.name}' is given as a Preset; leave the variant out")
-        return name
-    found = PRESETS[name]
+        return _guarded(name)
+    found = _guarded(PRESETS[name])
     if variant not in VARIANTS:
         raise UnknownName("variant", variant, VARIANTS)
     if variant == "published":
@@ -124,6 +126,12 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
             "text or its published code"
         )
     return _as_in_the_text(found)
+
+
+def _guarded(model: Preset) -> Preset:
+    if trusted(model.likelihood):
+        return model
+    return replace(model, likelihood=guarded(model.likelihood))
 
 
 def _as_in_the_text(published: Preset) -> Preset:
