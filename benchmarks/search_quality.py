@@ -1,17 +1,21 @@
 """Compare the planners' rewards on the same beliefs, places and starts, and print a table.
 
 Run: python benchmarks/search_quality.py [FILE.jsonl ...] [--model sloop-m4] [--starts 8]
-         [--planners greedy,fast:1000] [--out FILE]
+         [--planners greedy,fast:1000,fast:100000@2] [--out FILE]
 
 Without files it takes the bundled examples. Beliefs come from the gold relations; one target is
-searched at a time. A planner is a name, optionally with `:sims` and `:rollout`. Starts are keyed
-on description, target and number, so that all planners meet the same ones. Intervals are
-bootstrapped over configurations.
+searched at a time, or with --together all targets of a description. A planner is a name,
+optionally with `:sims`, `:rollout` and `@starts`, which is how many of the starts it takes.
+Starts are keyed on description, target and number, so that all planners meet the same ones.
+With --imagined the targets are where the beliefs draw them: what planning is worth when the
+belief is right. Intervals are bootstrapped over configurations. Every row is printed, and
+written, as soon as it is known.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import time
 import zlib
 from pathlib import Path
@@ -25,46 +29,66 @@ from sloop_ppl.maps import load_map
 from sloop_ppl.rng import child
 from sloop_ppl.search import SearchConfig, run_search
 
-PLANNERS = "random,pouct:1000,greedy,fast:1000:published,fast:1000,fast:10000,fast:100000"
+PLANNERS = (
+    "greedy,random,pouct:1000@1,fast:1000:published,fast:10000:published@2,"
+    "fast:1000,fast:10000,fast:100000@2"
+)
 
 
 def beliefs_of(files, model, maps):
-    """Return (key, configuration, city, belief, place) of every target with gold relations."""
+    """Return (key, configuration, city, {target: belief}, {target: place}) of every description."""
     scenes = read_descriptions(files, maps) if files else bundled_examples()
     told = []
     for scene in scenes:
         city = maps(scene.map)
         said = Description(scene.text, scene.map, scene.objects, scene.relations)
-        truth = {t: (p.x_m, p.y_m) for t, p in scene.targets.items()}
-        posterior, _ = infer_description(said, city, model, truth=truth)
-        for target, place in scene.targets.items():
-            belief = np.asarray(posterior.belief(target))
-            key = f"{scene.id}/{target}"
-            told.append((key, scene.configuration, city, belief, (place.x_m, place.y_m)))
+        places = {t: (p.x_m, p.y_m) for t, p in scene.targets.items()}
+        posterior, _ = infer_description(said, city, model, truth=places)
+        beliefs = {target: np.asarray(posterior.belief(target)) for target in places}
+        told.append((scene.id, scene.configuration, city, beliefs, places))
     return told
 
 
-def trials(cases, planner, starts, settings):
-    """Return discounted reward, success and seconds a step of every case and start."""
+def one_by_one(scenes):
+    """Return every target as a case of its own."""
+    return [
+        (f"{key}/{target}", configuration, city, {target: belief}, {target: places[target]})
+        for key, configuration, city, beliefs, places in scenes
+        for target, belief in beliefs.items()
+    ]
+
+
+def drawn(beliefs, city, rng):
+    """Return a place for each target, drawn from its belief."""
+    cells = {t: rng.choice(b.size, p=b.ravel() / b.sum()) for t, b in beliefs.items()}
+    return {
+        t: city.grid.centre_of(*divmod(int(c), b.shape[1]))
+        for (t, c), b in zip(cells.items(), beliefs.values(), strict=True)
+    }
+
+
+def trials(cases, planner, starts, settings, imagined):
+    """Return discounted reward, success and CPU seconds a step of every case and start."""
     name, *rest = planner.split(":")
     sims = int(rest[0]) if rest else 1000
     rollout = rest[1] if len(rest) > 1 else None
     config = SearchConfig(sims=sims, rollout=rollout, **settings)
     told = []
-    for key, _, city, belief, place in cases:
+    for key, _, city, beliefs, places in cases:
         for start in range(starts):
-            rng = child(np.random.default_rng(zlib.crc32(key.encode())), "start", start)
-            begun = time.perf_counter()
-            episode = run_search(
-                {"T": belief}, city, {"T": place}, planner=name, config=config, rng=rng
-            )
-            seconds = (time.perf_counter() - begun) / episode.steps
+            seed = np.random.default_rng(zlib.crc32(key.encode()))
+            rng = child(seed, "start", start)
+            where = drawn(beliefs, city, child(seed, "place", start)) if imagined else places
+            begun = time.process_time()
+            episode = run_search(beliefs, city, where, planner=name, config=config, rng=rng)
+            seconds = (time.process_time() - begun) / episode.steps
             told.append((episode.discounted_return, float(episode.found), seconds))
     return np.array(told).reshape(len(cases), starts, 3)
 
 
-def interval(values, clusters, rng, draws=2000):
+def interval(values, clusters, draws=2000):
     """Return the mean and its 95 % interval, bootstrapped over clusters."""
+    rng = np.random.default_rng(0)
     names = sorted(set(clusters))
     sums = np.array(
         [sum(v for v, c in zip(values, clusters, strict=True) if c == n) for n in names]
@@ -73,6 +97,24 @@ def interval(values, clusters, rng, draws=2000):
     drawn = rng.integers(len(names), size=(draws, len(names)))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
     return float(np.mean(values)), *np.percentile(means, [2.5, 97.5])
+
+
+def row(planner, told, base, clusters):
+    """Return a row of the table: the reward, and what is gained on the other's same starts."""
+    mean, low, high = interval(told[..., 0].mean(axis=1).tolist(), clusters)
+    paired = ""
+    if base is not None:
+        gap = (told - base[:, : told.shape[1]])[..., 0].mean(axis=1).tolist()
+        paired = "{:+.0f} [{:+.0f}, {:+.0f}]".format(*interval(gap, clusters))
+    cells = (
+        planner,
+        str(told.shape[1]),
+        f"{mean:.0f} [{low:.0f}, {high:.0f}]",
+        paired,
+        f"{told[..., 1].mean():.2f}",
+        f"{np.median(told[..., 2]) * 1e3:.2g}",
+    )
+    return "| " + " | ".join(cells) + " |"
 
 
 def main():
@@ -85,6 +127,9 @@ def main():
     parser.add_argument("--range", type=float, default=3.0)
     parser.add_argument("--fov", type=float, default=90.0)
     parser.add_argument("--against", default="greedy")
+    parser.add_argument("--together", action="store_true")
+    parser.add_argument("--imagined", action="store_true")
+    parser.add_argument("--every", type=int, default=1, help="take every n-th case alone")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     known = {}
@@ -92,35 +137,36 @@ def main():
     def maps(name):
         return known.setdefault(name, load_map(name))
 
-    cases = beliefs_of(options.files, options.model, maps)
+    def say(line):
+        print(line, flush=True)
+        if options.out:
+            with options.out.open("a", encoding="utf-8") as file:
+                file.write(line + "\n")
+
+    scenes = beliefs_of(options.files, options.model, maps)
+    cases = (scenes if options.together else one_by_one(scenes))[:: options.every]
     clusters = [f"{case[2].name}/{case[1]}" for case in cases]
     settings = {"sensor_range_cells": options.range, "fov_deg": options.fov}
-    lines = [
-        (
-            f"{options.model}, range {options.range:g}, fan {options.fov:g}: {len(cases)} targets "
-            f"x {options.starts} starts, {len(set(clusters))} configurations"
-        ),
-        f"| planner | discounted reward | minus {options.against} | found | ms a step |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    print("\n".join(lines), flush=True)
-    results = {}
+    say(
+        f"{options.model}, range {options.range:g}, fan {options.fov:g}: {len(cases)} "
+        f"{'descriptions' if options.together else 'targets'}, "
+        f"{len(set(clusters))} configurations"
+        f"{', places drawn from the beliefs' if options.imagined else ''}; "
+        f"{os.cpu_count()} cores, shared with other work"
+    )
+    say(
+        f"| planner | starts | discounted reward | minus {options.against} | found "
+        "| CPU ms a step |"
+    )
+    say("| --- | --- | --- | --- | --- | --- |")
+    base = None
     planners = options.planners.split(",")
     for planner in sorted(planners, key=lambda p: p != options.against):
-        told = results[planner] = trials(cases, planner, options.starts, settings)
-        rng = np.random.default_rng(0)
-        mean, low, high = interval(told[..., 0].mean(axis=1).tolist(), clusters, rng)
-        cells = [planner, f"{mean:.0f} [{low:.0f}, {high:.0f}]"]
-        paired = "-"
-        if options.against in results and planner != options.against:
-            gap = (told - results[options.against])[..., 0].mean(axis=1).tolist()
-            mean, low, high = interval(gap, clusters, np.random.default_rng(0))
-            paired = f"{mean:+.0f} [{low:+.0f}, {high:+.0f}]"
-        cells += [paired, f"{told[..., 1].mean():.2f}", f"{np.median(told[..., 2]) * 1e3:.2f}"]
-        lines.append("| " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
-    if options.out:
-        options.out.write_text("\n".join(lines) + "\n")
+        name, _, starts = planner.partition("@")
+        told = trials(cases, name, int(starts or options.starts), settings, options.imagined)
+        say(row(name, told, base, clusters))
+        if name == options.against:
+            base = told
 
 
 if __name__ == "__main__":

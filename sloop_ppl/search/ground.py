@@ -1,19 +1,23 @@
 """The map, and what counts on it, as arrays for the search over paths.
 
-Legend: P poses; K cells of the largest fan; R range of the sensor, rounded down; C cells that hold
-the belief.
+Legend: P poses; K cells of the largest fan; R range of the sensor, rounded down; B blocks of cells.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.search.compile import inlined
+from sloop_ppl.search.native_data import search_data
+from sloop_ppl.search.pose_tables import next_poses
+from sloop_ppl.search.sensing import HEADINGS
+from sloop_ppl.search.space import SearchSpace
 
-__all__ = ["Ground", "Worth", "mass_in_view"]
+__all__ = ["Ground", "Worth", "cost", "ground_of", "mass_in_view", "reach_of"]
 
 
 class Ground(NamedTuple):
@@ -22,57 +26,42 @@ class Ground(NamedTuple):
     Attributes
     ----------
     nexts : pose after each move, shape (3, P).
-    before : pose from which a step forward leads here, or -1, shape (P,).
     home : index of each pose's cell in the bordered map, shape (P,).
     fans : offsets of the fan's cells in the bordered map by heading, shape (8, K).
     sizes : how many they are, shape (8,).
     hidden : True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
     collides : True where a step forward hits a no-fly building, shape (P,) or (0,).
-    width : columns of the bordered map.
-    turn : eighths of a turn that a turn goes.
+    n_cols : columns of the map.
     """
 
     nexts: NDArray[np.int32]
-    before: NDArray[np.int32]
     home: NDArray[np.int32]
     fans: NDArray[np.int32]
     sizes: NDArray[np.int32]
     hidden: NDArray[np.bool_]
     collides: NDArray[np.bool_]
-    width: int
-    turn: int
+    n_cols: int
 
 
 class Worth(NamedTuple):
-    """What counts: belief, rewards and horizon.
+    """What counts: belief and rewards.
 
     Attributes
     ----------
     mass : expected number of targets by cell of the bordered map.
+    total : expected number of targets.
     hit : probability of detecting what is in view.
     move, collision, right : rewards.
-    powers : the discount factor to the power 0, 1, ..., at least as many as steps of any path.
-    horizon : steps to which a walk is followed.
-    depth : steps to which the tree grows.
-    exploration : weight of the exploration bonus.
-    cells : row, column and index in the bordered map of the cells that hold the mass, shape (C, 3).
-    bound : worth of one target at an offset, for who knows where it is, by heading, shape
-        (8, 2 H - 1, 2 W - 1).
-    hindsight : share of what one who knew the target's place would earn in the worth of a leaf.
+    discount : discount factor per step.
     """
 
     mass: NDArray[np.float64]
+    total: float
     hit: float
     move: float
     collision: float
     right: float
-    powers: NDArray[np.float64]
-    horizon: int
-    depth: int
-    exploration: float
-    cells: NDArray[np.int32]
-    bound: NDArray[np.float32]
-    hindsight: float
+    discount: float
 
 
 @inlined
@@ -85,3 +74,33 @@ def mass_in_view(ground: Ground, worth: Worth, factor: NDArray[np.float64], pose
         cell = home + ground.fans[heading, k]
         total += worth.mass[cell] * factor[cell]
     return total
+
+
+@inlined
+def cost(ground: Ground, worth: Worth, pose: int, move: int, left: float) -> float:
+    """Return the expected reward of a move; it counts while something is left."""
+    reward = worth.move
+    if move == 0 and len(ground.collides) > 0 and ground.collides[pose]:
+        reward = worth.collision
+    return reward * min(left, 1.0)
+
+
+def reach_of(space: SearchSpace) -> int:
+    """Return the width of the border: how far the sensor sees, in whole cells."""
+    return math.floor(space.config.sensor_range_cells + 1e-9)
+
+
+def ground_of(space: SearchSpace) -> Ground:
+    """Return the map as arrays, with a border as wide as the sensor sees."""
+    data, reach = search_data(space), reach_of(space)
+    width = space.n_cols + 2 * reach
+    row, col = np.divmod(np.arange(space.n_cells * HEADINGS) // HEADINGS, space.n_cols)
+    return Ground(
+        nexts=next_poses(space),
+        home=((row + reach) * width + col + reach).astype(np.int32),
+        fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
+        sizes=data.fan_sizes.astype(np.int32),
+        hidden=data.hidden,
+        collides=data.blocked,
+        n_cols=space.n_cols,
+    )

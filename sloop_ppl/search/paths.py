@@ -3,243 +3,357 @@
 Targets stand still, so a path tells beforehand what it will have shown, up to the moment at which
 a target is seen. Its worth can therefore be added up from the belief, without drawing targets: a
 move at step t costs while something is left to be found, and what comes into view is found one
-step later. `explore` grows a tree of such paths; a leaf is worth what a belief-greedy walk earns
-from there, and a node as much as the best that was found below it.
+step later. `explore` grows a tree of such paths level by level and goes on with the most promising
+of each level.
 
-Legend: P poses; V nodes; G goals.
+Legend: V nodes; W candidates of a level; P poses; B blocks.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.search.compile import inlined, jit
-from sloop_ppl.search.ground import Ground, Worth, mass_in_view
+from sloop_ppl.search.ground import Ground, Worth, cost
+from sloop_ppl.search.outlook import Outlook, block_worth, outlook_from
+from sloop_ppl.search.ranking import lift_last, sink_first
 
-__all__ = ["PathTree", "explore"]
+__all__ = ["Candidates", "PathTree", "Trail", "explore"]
 
 
 class PathTree(NamedTuple):
-    """Paths from the robot's pose; node 0 is the root.
+    """Paths from the robot's pose; node 0 is the root, and levels follow one another.
 
     Attributes
     ----------
     pose, parent, move : where a node is, the node before it, and the move between, shape (V,).
-    child : node after each move, -1 where there is none yet, shape (V, 3).
-    visits : how many simulations went through it, shape (V,).
+    child : node after each move, -1 where it was not gone on with, shape (V, 3).
+    first : the first move of the path to a node, shape (V,).
     gain : expected number of targets that are first seen on entering it, shape (V,).
     left : expected number of targets that are left, shape (V,).
+    past : discounted rewards up to the node, shape (V,).
     best : worth of what follows, as far as it is known, shape (V,).
-    factor : share of each cell's mass that is left on the present path, bordered map.
-    log : cells that the present path changed; `old` is what their factor was.
+    visits : how many paths that were followed to the end go through it, shape (V,).
     """
 
     pose: NDArray[np.int32]
     parent: NDArray[np.int32]
     move: NDArray[np.int32]
     child: NDArray[np.int32]
-    visits: NDArray[np.int32]
+    first: NDArray[np.int32]
     gain: NDArray[np.float64]
     left: NDArray[np.float64]
+    past: NDArray[np.float64]
     best: NDArray[np.float64]
+    visits: NDArray[np.int32]
+
+
+class Candidates(NamedTuple):
+    """Extensions of the paths of one level, and a heap of them.
+
+    Attributes
+    ----------
+    score : what the path is thought to be worth in all, shape (W,).
+    pose, parent, move, gain, past, later : as in `PathTree`; `later` is the outlook, shape (W,).
+    heap : candidates, the most promising first, shape (W,).
+    level, node : at each pose, the level of the last node there and its number, shape (P,).
+    before : at each node, the last one before it at the same pose and level, or -1, shape (V,).
+    """
+
+    score: NDArray[np.float64]
+    pose: NDArray[np.int32]
+    parent: NDArray[np.int32]
+    move: NDArray[np.int32]
+    gain: NDArray[np.float64]
+    past: NDArray[np.float64]
+    later: NDArray[np.float64]
+    heap: NDArray[np.int32]
+    level: NDArray[np.int32]
+    node: NDArray[np.int32]
+    before: NDArray[np.int32]
+
+
+class Trail(NamedTuple):
+    """What one path has seen, marked on the map; going on to a path beside it changes little.
+
+    Attributes
+    ----------
+    factor : share of each cell's mass that is left, bordered map; all ones at the root.
+    lost : mass that is no longer left in each block, shape (B,).
+    blocks : the blocks in which some was lost, shape (B,).
+    cells : cells in the order in which they were seen; `shares` is what was left of each before.
+    ends : how many cells and how many blocks there are at each level, shape (levels + 1, 2).
+    nodes : the path, by level, shape (levels + 1,).
+    wanted : room for another, shape (levels + 1,).
+    """
+
     factor: NDArray[np.float64]
-    log: NDArray[np.int32]
-    old: NDArray[np.float64]
+    lost: NDArray[np.float64]
+    blocks: NDArray[np.int32]
+    cells: NDArray[np.int32]
+    shares: NDArray[np.float64]
+    ends: NDArray[np.int64]
+    nodes: NDArray[np.int32]
+    wanted: NDArray[np.int32]
 
 
 @inlined
-def _look(
-    ground: Ground, worth: Worth, tree: PathTree, pose: int, logged: int
-) -> tuple[float, int]:
-    """Take what is in view from a pose off the map; return how much it was and the log's length."""
-    total, home, heading = 0.0, ground.home[pose], pose & 7
+def _see(
+    ground: Ground, worth: Worth, outlook: Outlook, tree: PathTree, trail: Trail, level: int
+) -> None:
+    """Mark what the node at a level of the path shows."""
+    n_cells, n_blocks = trail.ends[level - 1, 0], trail.ends[level - 1, 1]
+    pose = tree.pose[trail.nodes[level]]
+    home, heading = ground.home[pose], pose & 7
     for k in range(ground.sizes[heading]):
         if len(ground.hidden) > 0 and ground.hidden[pose, k]:
             continue
         cell = home + ground.fans[heading, k]
-        share = tree.factor[cell]
-        seen = worth.mass[cell] * share
+        share = trail.factor[cell]
+        seen = worth.mass[cell] * share * worth.hit
         if seen > 0.0:
-            total += seen
-            tree.log[logged], tree.old[logged] = cell, share
-            logged += 1
-            tree.factor[cell] = share * (1.0 - worth.hit)
-    return total * worth.hit, logged
+            trail.factor[cell] = share * (1.0 - worth.hit)
+            trail.cells[n_cells], trail.shares[n_cells] = cell, share
+            n_cells += 1
+            block = outlook.block[cell]
+            if trail.lost[block] == 0.0:
+                trail.blocks[n_blocks] = block
+                n_blocks += 1
+            trail.lost[block] += seen
+    trail.ends[level, 0], trail.ends[level, 1] = n_cells, n_blocks
 
 
 @inlined
-def _cost(ground: Ground, worth: Worth, pose: int, move: int, left: float) -> float:
-    """Return the expected reward of a move; it counts while something is left."""
-    reward = worth.move
-    if move == 0 and len(ground.collides) > 0 and ground.collides[pose]:
-        reward = worth.collision
-    return reward * min(left, 1.0)
+def _retreat(worth: Worth, outlook: Outlook, trail: Trail, level: int, to: int) -> None:
+    """Take the marks of the levels above one back."""
+    for i in range(trail.ends[level, 0] - 1, trail.ends[to, 0] - 1, -1):
+        cell = trail.cells[i]
+        trail.factor[cell] = trail.shares[i]
+        trail.lost[outlook.block[cell]] -= worth.mass[cell] * trail.shares[i] * worth.hit
+    for i in range(trail.ends[to, 1], trail.ends[level, 1]):
+        trail.lost[trail.blocks[i]] = 0.0
 
 
-@jit
-def _walk(
+@inlined
+def _go_to(
     ground: Ground,
     worth: Worth,
+    outlook: Outlook,
     tree: PathTree,
-    goals: NDArray[np.int32],
-    fields: NDArray[np.int16],
-    pose: int,
-    left: float,
+    trail: Trail,
+    node: int,
     level: int,
-    logged: int,
-) -> tuple[float, int]:
-    """Return what a belief-greedy walk earns, and the log's length.
+    marked: int,
+) -> None:
+    """Mark what the path to a node at some level has seen, where `marked` levels of one are."""
+    for i in range(level, 0, -1):
+        trail.wanted[i] = node
+        node = tree.parent[node]
+    same = 0
+    while same < min(level, marked) and trail.wanted[same + 1] == trail.nodes[same + 1]:
+        same += 1
+    _retreat(worth, outlook, trail, marked, same)
+    for i in range(same + 1, level + 1):
+        trail.nodes[i] = trail.wanted[i]
+        _see(ground, worth, outlook, tree, trail, i)
 
-    It drives to the goal with the most discounted mass in view, then to the next, and sees what
-    comes into view on the way; of equally short ways it takes the one that shows more.
+
+@inlined
+def _glance(
+    ground: Ground, worth: Worth, outlook: Outlook, trail: Trail, pose: int, n_blocks: int
+) -> tuple[float, float]:
+    """Return the mass that a pose shows and what the rest promises from there."""
+    cell_number, heading = pose >> 3, pose & 7
+    row, col = cell_number // ground.n_cols, cell_number % ground.n_cols
+    gain, home = 0.0, ground.home[pose]
+    later = outlook_from(outlook, pose, ground.n_cols)
+    for k in range(ground.sizes[heading]):
+        if len(ground.hidden) > 0 and ground.hidden[pose, k]:
+            continue
+        cell = home + ground.fans[heading, k]
+        seen = worth.mass[cell] * trail.factor[cell] * worth.hit
+        if seen > 0.0:
+            gain += seen
+            later -= seen * block_worth(outlook, outlook.block[cell], row, col, heading)
+    for i in range(n_blocks):
+        block = trail.blocks[i]
+        later -= trail.lost[block] * block_worth(outlook, block, row, col, heading)
+    return gain, later
+
+
+@inlined
+def _extend(
+    ground: Ground,
+    worth: Worth,
+    outlook: Outlook,
+    tree: PathTree,
+    node: int,
+    weight: float,
+    trail: Trail,
+    n_blocks: int,
+    found: Candidates,
+    count: int,
+) -> int:
+    """Add what may follow a node, to which the trail leads, to the candidates; count them.
+
+    Where the sensor is exact, nothing comes of standing still, nor of turning back from a look that
+    showed less than the two turns cost.
     """
-    total, weight = 0.0, 1.0
-    enough = 1e-3 * tree.left[0]
-    while level < worth.horizon and left > enough:
-        goal, best = -1, 1e-6 * left
-        for g in range(len(goals)):
-            far = fields[g, pose]
-            if far <= 0:
-                continue
-            score = worth.powers[far] * mass_in_view(ground, worth, tree.factor, goals[g])
-            if score > best:
-                goal, best = g, score
-        if goal < 0:
-            break
-        far = fields[goal, pose]
-        while far > 0 and level < worth.horizon:
-            move, most = -1, -1.0
-            for m in range(3):
-                after = ground.nexts[m, pose]
-                if fields[goal, after] == far - 1:
-                    shown = mass_in_view(ground, worth, tree.factor, after)
-                    if shown > most:
-                        move, most = m, shown
-            total += weight * _cost(ground, worth, pose, move, left)
-            pose = ground.nexts[move, pose]
-            gain, logged = _look(ground, worth, tree, pose, logged)
-            weight *= worth.powers[1]
-            total += weight * worth.right * gain
-            left -= gain
-            level += 1
-            far -= 1
-    if worth.powers[1] < 1.0:  # what is never found goes on costing
-        total += weight * worth.move * min(left, 1.0) / (1.0 - worth.powers[1])
-    return total, logged
-
-
-@jit
-def _know(worth: Worth, tree: PathTree, pose: int) -> float:
-    """Return what one would earn from a pose who knew where the targets that are left are."""
-    rows, cols = (worth.bound.shape[1] + 1) // 2, (worth.bound.shape[2] + 1) // 2
-    row, col, heading = (pose >> 3) // cols, (pose >> 3) % cols, pose & 7
-    total = 0.0
-    for i in range(len(worth.cells)):
-        cell = worth.cells[i, 2]
-        share = worth.mass[cell] * tree.factor[cell]
-        north = worth.cells[i, 0] - row + rows - 1
-        east = worth.cells[i, 1] - col + cols - 1
-        total += share * worth.bound[heading, north, east]
-    return total
+    pose, turned, barred = tree.pose[node], tree.move[node], -1
+    paid = worth.right * tree.gain[node] >= -2.0 * worth.move * tree.left[node]
+    if worth.hit >= 1.0 and node > 0 and turned > 0 and not paid:
+        barred = 3 - turned
+    for move in range(3):
+        after = ground.nexts[move, pose]
+        if move == barred or (worth.hit >= 1.0 and after == pose):
+            continue
+        gain, later = _glance(ground, worth, outlook, trail, after, n_blocks)
+        now = cost(ground, worth, pose, move, tree.left[node])
+        past = tree.past[node] + weight * (now + worth.discount * worth.right * gain)
+        found.pose[count], found.parent[count], found.move[count] = after, node, move
+        found.gain[count], found.past[count], found.later[count] = gain, past, later
+        found.score[count] = past + weight * worth.discount * later
+        found.heap[count] = count
+        lift_last(found.heap, found.score, count + 1)
+        count += 1
+    return count
 
 
 @inlined
-def _worth_of(ground: Ground, worth: Worth, tree: PathTree, node: int, move: int) -> float:
-    """Return the worth of a move at a node whose child is there."""
-    child = tree.child[node, move]
-    later = worth.right * tree.gain[child] + tree.best[child]
-    now = _cost(ground, worth, tree.pose[node], move, tree.left[node])
-    return float(now + worth.powers[1] * later)
+def _repeats(tree: PathTree, found: Candidates, candidate: int, level: int) -> bool:
+    """Tell whether a path to the same pose that has seen as much was kept already."""
+    pose = found.pose[candidate]
+    if found.level[pose] != level:
+        return False
+    left = tree.left[found.parent[candidate]] - found.gain[candidate]
+    node = found.node[pose]
+    while node >= 0:
+        if abs(tree.left[node] - left) < 1e-12:
+            return True
+        node = found.before[node]
+    return False
 
 
 @inlined
-def _allowed(ground: Ground, worth: Worth, tree: PathTree, node: int, move: int) -> bool:
-    """Tell whether a move may lead anywhere new: no turning back, no step that is blocked."""
-    if move == 0:
-        return bool(worth.hit < 1.0 or ground.nexts[0, tree.pose[node]] != tree.pose[node])
-    return bool(worth.hit < 1.0 or node == 0 or tree.move[node] + move != 3)
+def _keep(tree: PathTree, found: Candidates, candidate: int, level: int, node: int) -> None:
+    """Make a node of a candidate."""
+    pose, parent, move = found.pose[candidate], found.parent[candidate], found.move[candidate]
+    tree.pose[node], tree.parent[node], tree.move[node] = pose, parent, move
+    tree.child[parent, move] = node
+    for m in range(3):
+        tree.child[node, m] = -1
+    tree.first[node] = move if parent == 0 else tree.first[parent]
+    tree.gain[node], tree.past[node] = found.gain[candidate], found.past[candidate]
+    tree.left[node] = tree.left[parent] - found.gain[candidate]
+    tree.best[node], tree.visits[node] = found.later[candidate], 0
+    found.before[node] = found.node[pose] if found.level[pose] == level else -1
+    found.level[pose], found.node[pose] = level, node
 
 
 @jit
 def explore(
     ground: Ground,
     worth: Worth,
+    outlook: Outlook,
     tree: PathTree,
-    goals: NDArray[np.int32],
-    fields: NDArray[np.int16],
-    size: int,
+    trail: Trail,
+    found: Candidates,
     sims: int,
+    depth: int,
     hint: NDArray[np.int32],
-) -> int:
-    """Run simulations and return the number of nodes.
+) -> tuple[int, int, int]:
+    """Grow the tree; return how many nodes it has, the first of the last level, and simulations.
+
+    A simulation goes on with one path by one move.
 
     Parameters
     ----------
-    ground, worth : the map, and what counts.
-    tree : the tree; node 0 is the root, with its pose, left and best set.
-    goals, fields : poses worth driving to, shape (G,), and moves to each, shape (G, P).
-    size : how many nodes the tree has.
-    sims : how many simulations to run.
-    hint : moves that the first simulations follow, such as the rest of the last plan.
+    ground, worth, outlook : the map, what counts, and what is promised.
+    tree : the tree; node 0 is the root, with its pose and left set.
+    trail, found : room.
+    sims : how many simulations to run, about.
+    depth : how many moves the paths have.
+    hint : moves of a path to go on with in any case, such as the rest of the last plan.
     """
-    for sim in range(sims):
-        node, level, logged = 0, 0, 0
-        while level < worth.depth:
-            move, bound = -1, -math.inf
-            if sim < len(hint) and level < len(hint) and level <= sim:
-                move = hint[level]
-            else:
-                log_visits = math.log(tree.visits[node] + 1.0)
-                scale = worth.exploration * min(tree.left[node], 1.0)
-                for m in range(3):
-                    if not _allowed(ground, worth, tree, node, m):
-                        continue
-                    child = tree.child[node, m]
-                    if child < 0:
-                        move = m
-                        break
-                    bonus = scale * math.sqrt(log_visits / tree.visits[child])
-                    value = _worth_of(ground, worth, tree, node, m) + bonus
-                    if value > bound:
-                        move, bound = m, value
-            if move < 0:
+    begin, end, weight, spent = 0, 1, 1.0, 0
+    hinted, marked = 0, 0
+    for level in range(depth):
+        count = 0
+        for node in range(begin, end):
+            _go_to(ground, worth, outlook, tree, trail, node, level, marked)
+            marked, n_blocks = level, trail.ends[level, 1]
+            count = _extend(
+                ground, worth, outlook, tree, node, weight, trail, n_blocks, found, count
+            )
+        spent += count
+        levels = max(depth - level - 1, 1)
+        width = (sims - spent) * (end - begin) // (levels * max(count, 1))
+        width = min(max(width, 1), len(found.heap) // 3 - 4)
+        musts = np.int64(
+            0
+        )  # bit m: a path that begins with move m is still wanted; bit 3: the hint
+        follower = -1
+        for i in range(count):
+            parent = found.parent[i]
+            first = found.move[i] if parent == 0 else tree.first[parent]
+            musts |= 1 << first
+            if parent == hinted and level < len(hint) and found.move[i] == hint[level]:
+                follower = i
+        if follower >= 0:
+            musts |= 8
+        begin, size, hinted = end, end, -1
+        for rest in range(count, 0, -1):
+            wanted = (musts & 1) + (musts >> 1 & 1) + (musts >> 2 & 1) + (musts >> 3)
+            if (size - begin >= width and wanted == 0) or size == len(tree.pose):
                 break
-            child = tree.child[node, move]
-            level += 1
-            if child >= 0:
-                _, logged = _look(ground, worth, tree, tree.pose[child], logged)
-                node = child
+            candidate = found.heap[0]
+            sink_first(found.heap, found.score, rest)
+            parent = found.parent[candidate]
+            first = found.move[candidate] if parent == 0 else tree.first[parent]
+            must = bool(musts >> first & 1) or candidate == follower
+            if size - begin + wanted >= width and not must:
                 continue
-            child, size = size, size + 1
-            pose = ground.nexts[move, tree.pose[node]]
-            gain, logged = _look(ground, worth, tree, pose, logged)
-            tree.child[node, move] = child
-            tree.pose[child], tree.parent[child], tree.move[child] = pose, node, move
-            tree.gain[child], tree.left[child] = gain, tree.left[node] - gain
-            value = 0.0
-            if worth.hindsight > 0.0:
-                value = worth.hindsight * _know(worth, tree, pose)
-            if worth.hindsight < 1.0:
-                walked, logged = _walk(
-                    ground, worth, tree, goals, fields, pose, tree.left[child], level, logged
-                )
-                value += (1.0 - worth.hindsight) * walked
-            tree.best[child] = value
-            node = child
+            if not must and _repeats(tree, found, candidate, level):
+                continue
+            musts &= ~(1 << first)
+            if candidate == follower:
+                musts, hinted = musts & 7, size
+            _keep(tree, found, candidate, level, size)
+            size += 1
+        end = size
+        weight *= worth.discount
+        if begin == end:
             break
-        tree.visits[node] += 1
-        while node > 0:
-            node = tree.parent[node]
-            tree.visits[node] += 1
-            best = -math.inf
-            for m in range(3):
-                if tree.child[node, m] >= 0:
-                    best = max(best, _worth_of(ground, worth, tree, node, m))
-            tree.best[node] = best
-        for i in range(logged - 1, -1, -1):
-            tree.factor[tree.log[i]] = tree.old[i]
-    return size
+    _retreat(worth, outlook, trail, marked, 0)
+    _back_up(ground, worth, tree, begin, end)
+    return end, begin, spent
+
+
+@inlined
+def _back_up(ground: Ground, worth: Worth, tree: PathTree, begin: int, end: int) -> None:
+    """Give each node the worth of the best path through it that was followed to the end."""
+    for node in range(begin, end):
+        tree.visits[node] = 1
+    for node in range(begin):
+        tree.visits[node] = 0
+    for node in range(end - 1, 0, -1):
+        parent = tree.parent[node]
+        whole = tree.visits[node] > 0
+        if not whole:
+            continue
+        value = worth_of_move(ground, worth, tree, parent, tree.move[node])
+        if tree.visits[parent] == 0 or value > tree.best[parent]:
+            tree.best[parent] = value
+        tree.visits[parent] += tree.visits[node]
+
+
+@inlined
+def worth_of_move(ground: Ground, worth: Worth, tree: PathTree, node: int, move: int) -> float:
+    """Return the worth of a move at a node whose child is there."""
+    child = tree.child[node, move]
+    later = worth.right * tree.gain[child] + tree.best[child]
+    now = cost(ground, worth, tree.pose[node], move, tree.left[node])
+    return float(now + worth.discount * later)

@@ -5,10 +5,11 @@ import pytest
 from support.small_searches import agent_of, city_of, space_of
 
 from sloop_ppl.search import SearchConfig, SearchObservation, make_planner, run_search
-from sloop_ppl.search.goals import flood
 from sloop_ppl.search.hindsight import STRETCH, _counted, _estimated, hindsight_bounds
 from sloop_ppl.search.informed import InformedPlanner
-from sloop_ppl.search.pose_tables import reach_from
+from sloop_ppl.search.outlook import believe, outlook_from, outlook_of
+from sloop_ppl.search.pose_tables import next_poses, reach_from, visible_mass
+from sloop_ppl.search.ranking import lift_last, sink_first
 
 
 def expected_return(planner, belief, pose, steps=60):
@@ -67,18 +68,110 @@ def test_it_is_deterministic_and_keeps_its_plan():
 
 
 @pytest.mark.parametrize("settings", [{"turn_deg": 90}, {"no_fly": True}])
-def test_moves_to_a_goal_are_those_of_breadth_first_search(settings):
-    walls = np.random.default_rng(1).random((9, 11)) < 0.1
+def test_the_first_way_is_the_greedy_one(settings):
+    rng = np.random.default_rng(1)
+    walls = rng.random((9, 11)) < 0.1
     plain = space_of((9, 11), **settings)
     space = type(plain)((9, 11), ("A",), plain.config, walls)
+    for _ in range(20):
+        table = rng.dirichlet(np.full(99, 0.1))
+        planner = InformedPlanner(space)
+        agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
+        pose = agent.belief.robot.pose
+        nexts = next_poses(space)
+        reach = reach_from(pose, nexts)
+        score = visible_mass(space, [table]) * 0.95**reach.steps
+        score[reach.steps < 0], score[pose] = 0.0, 0.0
+        steps = 0
+        for move in planner._hint(planner._worth(agent.belief), pose):
+            pose, steps = nexts[move, pose], steps + 1
+        assert reach.steps[pose] == steps
+        assert score[pose] == pytest.approx(score.max())
+
+
+def best_of_all(space, table, pose, depth, promised):
+    """Return the best worth of all paths of so many moves, by trying every one."""
+    config = space.config
+
+    def best(pose, table, depth):
+        if depth == 0:
+            return promised(pose, table)
+        worths = []
+        for move in range(3):
+            after, left = space.next_pose(move, pose), table.copy()
+            left[list(space.view(after))] = 0.0
+            collides = move == 0 and space.no_fly and space.collides(pose)
+            now = config.collision_reward if collides else config.move_reward
+            gain = 1000.0 * (table.sum() - left.sum())
+            worths.append(now * table.sum() + 0.95 * (gain + best(after, left, depth - 1)))
+        return max(worths)
+
+    return best(pose, table, depth)
+
+
+@pytest.mark.parametrize("settings", [{}, {"turn_deg": 90}, {"no_fly": True, "occlusion": True}])
+def test_the_best_of_all_paths_is_found(settings):
+    rng = np.random.default_rng(2)
+    walls = rng.random((9, 11)) < 0.15
+    plain = space_of((9, 11), sims=2000, depth=5, **settings)
+    space = type(plain)((9, 11), ("A",), plain.config, walls)
+    bounds = hindsight_bounds(space)
+
+    def promised(pose, table):
+        row, col, heading = space.decode(pose)
+        rows, cols = np.divmod(np.arange(99), 11)
+        return float(table @ bounds[heading, rows - row + 8, cols - col + 10])
+
+    for _ in range(4):
+        table = rng.dirichlet(np.full(99, 0.1))
+        agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
+        planner = InformedPlanner(space)
+        _, info = planner.plan(agent)
+        wanted = best_of_all(space, table, agent.belief.robot.pose, 5, promised)
+        assert max(info.values.values()) == pytest.approx(wanted, abs=1e-3)
+        assert len(info.notes["path"]) == 5
+        assert (planner._trail.factor == 1).all()
+        assert (planner._trail.lost == 0).all()
+
+
+def test_what_is_promised_is_mended_as_if_it_were_taken_anew():
+    space = space_of((30, 40), sims=400)
+    agent = agent_of(space, {"A": np.ones((30, 40))}, space.encode(15, 20, 0))
     planner = InformedPlanner(space)
-    nexts = planner._ground.nexts
-    field = np.empty(9 * 11 * 8, dtype=np.int16)
-    flood(planner._ground, 400, field, planner._queue)
-    assert field[400] == 0
-    for pose in range(0, len(field), 7):
-        if pose != 400:
-            assert field[pose] == reach_from(pose, nexts).steps[400]
+    nothing = SearchObservation((-1,), 0)
+    for _ in range(6):
+        action, _ = planner.plan(agent)
+        robot = agent.belief.robot.moved(action.index)
+        agent.set_belief(agent.belief.updated(action, nothing, robot))
+        agent.update_history(action, nothing)
+        planner.update(agent, action, nothing)
+    planner._worth(agent.belief)
+    mended, anew = planner._outlook, outlook_of(space)
+    assert mended.n_taken[0] > 100
+    believe(anew, mended.mass.copy(), space.n_cols)
+    for pose in mended.taken[: mended.n_taken[0]]:
+        assert outlook_from(anew, pose, space.n_cols) == pytest.approx(mended.sums[pose])
+
+
+def test_the_heap_gives_the_highest_first_and_the_lower_number_of_equals():
+    score = np.random.default_rng(0).integers(8, size=60).astype(float)
+    heap = np.arange(60, dtype=np.int32)
+    for size in range(1, 61):
+        lift_last(heap, score, size)
+    order = []
+    for size in range(60, 0, -1):
+        order.append(int(heap[0]))
+        sink_first(heap, score, size)
+    assert order == sorted(range(60), key=lambda i: (-score[i], i))
+
+
+@pytest.mark.parametrize("sims", [1, 5, 50])
+def test_few_simulations_make_a_plan_too(sims):
+    space = space_of((9, 11), sims=sims)
+    agent = agent_of(space, {"A": np.ones((9, 11))}, 300)
+    action, info = InformedPlanner(space).plan(agent)
+    assert action in space.moves
+    assert info.sims <= max(2 * sims, 3)
 
 
 def test_who_knows_where_the_target_is_earns_what_the_moves_leave():

@@ -81,7 +81,7 @@ def test_planners_agree_with_value_iteration_on_a_small_map(planner, rollout):
     agent = agent_of(space, {"A": prior.reshape(2, 3)}, pose=0, looked=False)
     action, info = make_planner(planner, space, rng=np.random.default_rng(0)).plan(agent)
     assert action.index == int(np.argmax(exact))
-    assert info.sims == 20_000
+    assert info.sims == 20_000 or (rollout == "informed" and info.sims < 20_000)
     assert info.values[action.name] == pytest.approx(max(exact), abs=40)
 
 
