@@ -22,12 +22,13 @@ from sloop_ppl.language import (
     Unresolved,
 )
 from sloop_ppl.maps import from_geojson, to_geojson
-from sloop_ppl.models import PRESETS, ground_description, preset, share_frames
+from sloop_ppl.models import ground_description, share_frames
+from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["load_posterior", "save_posterior", "to_dataset"]
 
-_FORMAT = 2
+_FORMAT = 3
 
 
 def to_dataset(posterior: Posterior) -> xarray.Dataset:
@@ -86,16 +87,24 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
 
 
 def save_posterior(posterior: Posterior, path: str | Path) -> None:
-    """Write a posterior to a ``.nc`` file, whole or not at all."""
+    """Write a posterior to a ``.nc`` file, whole or not at all.
+
+    Raises
+    ------
+    InputError : when the model is made of parts that are not registered.
+    OutputError : when the file cannot be written.
+
+    Notes
+    -----
+    The model goes with it as :func:`sloop_ppl.models.parts.parts_of` writes it, numbers and all, so
+    that a model with parameters of its own, or whose defaults change later, is read as it was.
+    """
     target = check_output(path, (".nc",))
-    model = posterior.model
-    if model.name not in PRESETS or preset(model.name, model.variant) != model:
-        raise InputError(
-            f"Model '{model.name}' is not the registered one of that name, so a saved posterior "
-            "could not be read again; add it to sloop_ppl.models.PRESETS under its own name"
-        )
+    parts = json.dumps(parts_of(posterior.model))
     with written_whole(target) as temporary:
-        to_dataset(posterior).to_netcdf(temporary, engine="h5netcdf")
+        to_dataset(posterior).assign_attrs(model_parts=parts).to_netcdf(
+            temporary, engine="h5netcdf"
+        )
 
 
 def load_posterior(path: str | Path) -> Posterior:
@@ -117,16 +126,22 @@ def load_posterior(path: str | Path) -> Posterior:
         return _from_dataset(data)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
+    except (InputError, TypeError, ValueError) as error:
+        raise InputError(f"Posterior '{path}' cannot be read: {error}") from error
 
 
 def _from_dataset(data: xarray.Dataset) -> Posterior:
     city = from_geojson(json.loads(data.attrs["map_geojson"]))
-    model = preset(str(data.attrs["model"]), str(data.attrs["variant"]))
+    model = model_from_parts(json.loads(data.attrs["model_parts"]))
     descriptions = [_description(d) for d in json.loads(data.attrs["descriptions"])]
     targets = [str(t) for t in data["target"].values]
     terms = [ground_description(description, city, model) for description in descriptions]
     shared = [share_frames(list(by_target.values()), model) for by_target in terms]
     names = tuple(str(name) for name in data["component"].values)
+    if names != tuple(part.name for part in model.components):
+        raise InputError(
+            f"it holds {len(names)} components; its model has {len(model.components)}, or others"
+        )
     said: dict[str, tuple[Said, ...]] = dict.fromkeys(targets, ())
     for entry in range(data.sizes["entry"]):
         target = targets[int(data["entry_target"][entry])]

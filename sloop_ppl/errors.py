@@ -43,7 +43,7 @@ class UnknownName(InputError):
         guess = f"; did you mean '{near[0]}'?" if near else ""
         listed = ", ".join(self.expected) or "nothing"
         super().__init__(
-            f"{kind.capitalize()} '{found}' is unknown; expected one of {listed}{guess}{hint}"
+            f"{kind[:1].upper()}{kind[1:]} '{found}' is unknown; expected one of {listed}{guess}{hint}"
         )
 
 

@@ -1,0 +1,168 @@
+"""Write a model as plain data of registered parts and numbers, and make it again from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields, is_dataclass, replace
+from typing import Any
+
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models.components import COMBINATIONS, Component
+from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
+from sloop_ppl.models.guard import GuardedLikelihood
+from sloop_ppl.models.likelihoods import (
+    LIKELIHOODS,
+    RelationLikelihood,
+    parameters_of,
+    with_values,
+)
+from sloop_ppl.models.presets import PRESETS, Preset, preset
+from sloop_ppl.registry import Registry
+
+__all__ = ["model_from_parts", "parts_of"]
+
+_NESTED = ("components", "likelihood", "frame_prior")
+_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in _NESTED)
+
+
+def parts_of(model: Preset) -> dict[str, Any]:
+    """Return a model as data that JSON can hold.
+
+    Parameters
+    ----------
+    model : a model whose likelihood, frame prior and frame predictor are registered ones with
+        other numbers, or one that is itself registered under its name.
+
+    Raises
+    ------
+    InputError : when some part of it is neither; it names the part.
+
+    Examples
+    --------
+    >>> from sloop_ppl.models import preset
+    >>> parts_of(preset("sloop"))["likelihood"]["name"]
+    'gaussian-clipped'
+    """
+    plain = {name: getattr(model, name) for name in _PLAIN}
+    try:
+        return {
+            **plain,
+            "components": [asdict(component) for component in model.components],
+            "likelihood": _likelihood_parts(model),
+            "frame_prior": _frame_parts(model),
+        }
+    except InputError:
+        if model.name in PRESETS and preset(model.name, model.variant) == model:
+            return {"name": model.name, "variant": model.variant}
+        raise
+
+
+def model_from_parts(parts: Mapping[str, Any]) -> Preset:
+    """Return the model that `parts_of` wrote.
+
+    Parameters
+    ----------
+    parts : what `parts_of` gave; only ``name`` and ``variant`` for a model registered as a whole.
+
+    Raises
+    ------
+    UnknownName : for a part, parameter or registered name there is none of; it lists those there
+        are.
+    InputError : for a value out of its range, or something missing.
+    """
+    if set(parts) == {"name", "variant"}:
+        return preset(str(parts["name"]), str(parts["variant"]))
+    _check_names("part of a model", parts, (*_PLAIN, *_NESTED))
+    frame_prior, likelihood = parts["frame_prior"], parts["likelihood"]
+    _check_names("part of a likelihood", likelihood, ("name", "parameters"))
+    _check_names("part of a frame prior", frame_prior, ("name", "numbers", "predictor"))
+    made = Preset(
+        **{name: parts[name] for name in _PLAIN},
+        components=tuple(_component(part) for part in parts["components"]),
+        likelihood=with_values(LIKELIHOODS[likelihood["name"]], likelihood["parameters"]),
+        frame_prior=_frame_prior(frame_prior),
+    )
+    return preset(made, made.variant)
+
+
+def _likelihood_parts(model: Preset) -> dict[str, Any]:
+    likelihood = model.likelihood
+    if isinstance(likelihood, GuardedLikelihood):
+        likelihood = likelihood.inner
+    values = {p.name: float(getattr(likelihood, p.name)) for p in parameters_of(likelihood)}
+
+    def same(entry: RelationLikelihood) -> bool:
+        return type(entry) is type(likelihood) and with_values(entry, values) == likelihood
+
+    return {"name": _registered(LIKELIHOODS, same, "likelihood", model), "parameters": values}
+
+
+def _frame_parts(model: Preset) -> dict[str, Any]:
+    prior: Any = model.frame_prior
+    numbers = _numbers(prior)
+    predictor = getattr(prior, "predictor", None)
+    named = None
+    if predictor is not None:
+        named = _registered(
+            FRAME_PREDICTORS,
+            lambda entry: entry is predictor or entry == predictor,
+            "frame predictor",
+            model,
+        )
+
+    def same(entry: Any) -> bool:
+        return type(entry) is type(prior) and _changed(entry, numbers, predictor) == prior
+
+    name = _registered(FRAME_PRIORS, same, "frame prior", model)
+    return {"name": name, "numbers": numbers, "predictor": named}
+
+
+def _registered(registry: Registry[Any], same: Any, kind: str, model: Preset) -> str:
+    """Return the name of the first entry that is the same, but for its numbers."""
+    for name, entry in registry.items():
+        if same(entry):
+            return name
+    raise InputError(
+        f"The {kind} of model '{model.name}' is none of the registered ones with other numbers, so "
+        "what is saved could not be read again; register it, or the whole model in "
+        "sloop_ppl.models.PRESETS, under a name of its own"
+    )
+
+
+def _component(told: Mapping[str, Any]) -> Component:
+    _check_names("part of a component", told, tuple(field.name for field in fields(Component)))
+    return replace(Component(**told), combine=_known(COMBINATIONS, told["combine"]))
+
+
+def _known(registry: Registry[Any], name: str) -> str:
+    _ = registry[name]  # raises for a name there is none of
+    return name
+
+
+def _frame_prior(told: Mapping[str, Any]) -> FramePrior:
+    entry: Any = FRAME_PRIORS[told["name"]]
+    _check_names(f"number of frame prior {told['name']}", told["numbers"], tuple(_numbers(entry)))
+    predictor = None if told["predictor"] is None else FRAME_PREDICTORS[told["predictor"]]
+    made: FramePrior = _changed(entry, told["numbers"], predictor)
+    return made
+
+
+def _numbers(prior: Any) -> dict[str, float]:
+    if not is_dataclass(prior) or isinstance(prior, type):
+        return {}
+    named = {field.name: getattr(prior, field.name) for field in fields(prior)}
+    return {name: float(value) for name, value in named.items() if isinstance(value, int | float)}
+
+
+def _changed(prior: Any, numbers: Mapping[str, float], predictor: Any) -> Any:
+    changes = dict(numbers) if predictor is None else {**numbers, "predictor": predictor}
+    return replace(prior, **changes) if changes else prior
+
+
+def _check_names(kind: str, told: Mapping[str, Any], expected: tuple[str, ...]) -> None:
+    for name in told:
+        if name not in expected:
+            raise UnknownName(kind, str(name), expected)
+    lacking = [name for name in expected if name not in told]
+    if lacking:
+        raise InputError(f"A {kind} is missing: {', '.join(lacking)}; save it again")

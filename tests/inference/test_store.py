@@ -1,0 +1,87 @@
+"""A saved posterior carries its model with it, numbers and all."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Posterior, infer_description
+from sloop_ppl.maps import load_map
+from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
+from sloop_ppl.models.tuning import with_parameters
+from tests.scenes import TARGET, relation, said
+
+CITY = load_map("cleveland")
+SAID = said(relation("behind", "VelvetDog"))
+LATER = said(relation("near", "Ivy"))
+TUNED = with_parameters(
+    replace(preset("bayes"), name="mine", likelihood=LIKELIHOODS["student-vonmises"]),
+    {"likelihood": {"directed_m": 12.0}, "model": {"lapse": 0.1}, "frames": {"kappa": 2.0}},
+)
+
+
+@pytest.fixture
+def saved(tmp_path):
+    infer_description(SAID, CITY, TUNED)[0].save(tmp_path / "p.nc")
+    return tmp_path / "p.nc"
+
+
+def test_a_tuned_model_is_read_as_it_was(saved):
+    before, after = infer_description(SAID, CITY, TUNED)[0], Posterior.load(saved)
+    assert after.model == TUNED
+    np.testing.assert_array_equal(after.belief(TARGET), before.belief(TARGET))
+    np.testing.assert_array_equal(
+        after.update(LATER).belief(TARGET), before.update(LATER).belief(TARGET)
+    )
+
+
+def spoil(path, change):
+    with xarray.open_dataset(path, engine="h5netcdf") as opened:
+        data = opened.load()
+    change(data)
+    data.to_netcdf(path.with_name("spoilt.nc"), engine="h5netcdf")
+    with pytest.raises(InputError) as error:
+        Posterior.load(path.with_name("spoilt.nc"))
+    return str(error.value)
+
+
+def in_parts(change):
+    def spoilt(data):
+        parts = json.loads(data.attrs["model_parts"])
+        change(parts)
+        data.attrs["model_parts"] = json.dumps(parts)
+
+    return spoilt
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            in_parts(lambda parts: parts["likelihood"]["parameters"].update(width=3.0)),
+            "likelihood 'width' is unknown; expected one of contact_m",
+        ),
+        (in_parts(lambda parts: parts.update(lapses=0.1)), "did you mean 'lapse'?"),
+        (in_parts(lambda parts: parts["components"][0].update(weight="x")), "cannot be read"),
+        (in_parts(lambda parts: parts["components"].pop()), "4 components; its model has 3"),
+        (lambda data: data.attrs.pop("model_parts"), "lacks 'model_parts'; infer it again"),
+        (lambda data: data.attrs.update(model_parts="{"), "cannot be read"),
+        (lambda data: data.attrs.update(format=2), "has format 2; expected 3"),
+    ],
+)
+def test_what_a_spoilt_file_gets_wrong_is_named(saved, change, message):
+    assert message in spoil(saved, change)
+
+
+def test_a_model_of_unregistered_parts_is_refused_before_writing(tmp_path):
+    own = replace(preset("bayes"), name="own", likelihood=GaussianLikelihood(floor=0.01))
+    posterior = infer_description(SAID, CITY, own)[0]
+    with pytest.raises(InputError, match="The likelihood of model 'own' is none of the registered"):
+        posterior.save(tmp_path / "p.nc")
+    assert not (tmp_path / "p.nc").exists()
+    assert posterior.dataset["belief"].sum() == pytest.approx(1)
