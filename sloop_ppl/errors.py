@@ -42,9 +42,8 @@ class UnknownName(InputError):
         near = nearest_names(found, self.expected, count=1)
         guess = f"; did you mean '{near[0]}'?" if near else ""
         listed = ", ".join(self.expected) or "nothing"
-        super().__init__(
-            f"{kind[:1].upper()}{kind[1:]} '{found}' is unknown; expected one of {listed}{guess}{hint}"
-        )
+        named = kind[:1].upper() + kind[1:]
+        super().__init__(f"{named} '{found}' is unknown; expected one of {listed}{guess}{hint}")
 
 
 class MapError(InputError):

@@ -64,7 +64,7 @@ def in_parts(change):
     [
         (
             in_parts(lambda parts: parts["likelihood"]["parameters"].update(width=3.0)),
-            "likelihood 'width' is unknown; expected one of contact_m",
+            "of StudentVonMisesLikelihood 'width' is unknown; expected one of contact_m",
         ),
         (in_parts(lambda parts: parts.update(lapses=0.1)), "did you mean 'lapse'?"),
         (in_parts(lambda parts: parts["components"][0].update(weight="x")), "cannot be read"),
