@@ -11,14 +11,48 @@ from sloop_ppl.eval.descriptions import Place
 from sloop_ppl.inference import expected_distance_m
 from sloop_ppl.maps import Grid
 
-__all__ = ["LEAST_PROBABILITY", "BeliefScore", "score_belief"]
+__all__ = [
+    "LEAST_PROBABILITY",
+    "LEVELS",
+    "MIXED_IN",
+    "BeliefScore",
+    "Region",
+    "ScoredTarget",
+    "score_belief",
+]
 
 LEAST_PROBABILITY = 1e-300
 """The belief at the true cell counts as no less."""
 
+MIXED_IN = 0.01
+"""Share of the uniform belief that takes hard zeros out of a comparison."""
+
+LEVELS = (0.5, 0.9)
+"""Probabilities of the regions by which calibration is judged."""
+
 NEAR_M = 15.0
 _HPD = 0.9
 _SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Region:
+    """The smallest region of a belief that holds just so much of it, and whether the truth is in.
+
+    Parameters
+    ----------
+    covers : probability, in [0, 1], that the true cell is in it; see Notes.
+    area_m2 : its area, square metres.
+
+    Notes
+    -----
+    Cells are taken in order of their belief, ties in random order; of the last one only the part
+    is taken that makes up the probability, so that a calibrated belief is covered just so often,
+    and the true cell is in with that part's probability. `covers` averages over both draws.
+    """
+
+    covers: float
+    area_m2: float
 
 
 @dataclass(frozen=True)
@@ -33,6 +67,8 @@ class BeliefScore:
     mass_15m : belief in the cells whose centres are within 15 m of the true place.
     in_hpd90 : share, in [0, 1], of the ways to order tied cells in which the smallest set of
         cells that holds 90 % of the belief has the true cell in it; 0 or 1 without ties.
+    log_score_mixed : log score with 1 % of the uniform belief mixed in.
+    regions : the region of each of `LEVELS`.
     """
 
     log_score: float
@@ -40,6 +76,31 @@ class BeliefScore:
     expected_distance_m: float
     mass_15m: float
     in_hpd90: float
+    log_score_mixed: float
+    regions: tuple[Region, ...]
+
+
+@dataclass(frozen=True)
+class ScoredTarget:
+    """The score of one model's belief about one target of one description.
+
+    Parameters
+    ----------
+    scene : id of the description.
+    configuration : the placement of objects it describes.
+    target : id of the target.
+    map : name of the map.
+    relations : words of the gold relations of the target: the class of compass and frame words,
+        the word itself of the others.
+    score : how good the belief is.
+    """
+
+    scene: str
+    configuration: str
+    target: str
+    map: str
+    relations: tuple[str, ...]
+    score: BeliefScore
 
 
 def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> BeliefScore:
@@ -66,7 +127,24 @@ def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> Belie
         expected_distance_m=expected_distance_m(belief, grid, (truth.x_m, truth.y_m)),
         mass_15m=float(belief[apart <= NEAR_M + 1e-6].sum()),
         in_hpd90=_share_inside(belief, int(higher.sum()), int(tied.sum())),
+        log_score_mixed=float(np.log((1 - MIXED_IN) * at_truth + MIXED_IN / grid.size)),
+        regions=_regions(belief, float(belief[higher].sum()), float(belief[tied].sum()), grid),
     )
+
+
+def _regions(
+    belief: NDArray[np.float64], higher: float, tied: float, grid: Grid
+) -> tuple[Region, ...]:
+    """Return the regions, given the belief in the cells above the true one and level with it."""
+    order = np.sort(belief, axis=None)[::-1]
+    held = np.concatenate([[0.0], np.cumsum(order)])
+    found = []
+    for level in LEVELS:
+        whole = int(np.searchsorted(held, level, side="right")) - 1
+        part = (level - held[whole]) / order[whole] if whole < len(order) else 0.0
+        covers = min(1.0, max(0.0, (level - higher) / tied)) if tied > 0 else 0.0
+        found.append(Region(covers, float(whole + part) * grid.cell_m**2))
+    return tuple(found)
 
 
 def _share_inside(belief: NDArray[np.float64], higher: int, tied: int) -> float:

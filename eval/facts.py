@@ -9,11 +9,11 @@ from typing import Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene, Place
-from sloop_ppl.language import SpatialRelation
+from sloop_ppl.language import COMPASS, FRAME_RELATIONS, RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import PredictedPoint, RelationTerm, ground_relations
 
-__all__ = ["SaidRelation", "TargetFacts", "facts_of"]
+__all__ = ["SaidRelation", "TargetFacts", "facts_of", "plain_word"]
 
 _FRONTS = PredictedPoint()
 
@@ -83,6 +83,18 @@ class TargetFacts:
             raise InputError(
                 f"The targets of a sweep are damaged ({error}); run it anew"
             ) from error
+
+
+def plain_word(word: str) -> str:
+    """Return what a relation is counted as: the class of compass and frame words, else the word.
+
+    Examples
+    --------
+    >>> plain_word("above"), plain_word("near")
+    ('north', 'near')
+    """
+    name = RELATIONS[word]
+    return name if name in (*COMPASS, *FRAME_RELATIONS) else word
 
 
 def facts_of(scene: DescribedScene, city: CityMap) -> list[TargetFacts]:

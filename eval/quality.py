@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError
-from sloop_ppl.eval.belief_scores import BeliefScore, score_belief
+from sloop_ppl.eval.belief_scores import BeliefScore, ScoredTarget, score_belief
 from sloop_ppl.eval.bootstrap import clustered_interval
+from sloop_ppl.eval.breakdown import breakdown
 from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.facts import plain_word
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description, parse
 from sloop_ppl.maps import CityMap, load_map
@@ -24,31 +26,12 @@ __all__ = [
     "BeliefQuality",
     "ModelQuality",
     "PairedDifference",
-    "ScoredTarget",
     "beliefs_of",
     "read_scene",
     "score_beliefs",
 ]
 
 Relations = Literal["gold", "parsed"]
-
-
-@dataclass(frozen=True)
-class ScoredTarget:
-    """The score of one model's belief about one target of one description.
-
-    Parameters
-    ----------
-    scene : id of the description.
-    configuration : the placement of objects it describes.
-    target : id of the target.
-    score : how good the belief is.
-    """
-
-    scene: str
-    configuration: str
-    target: str
-    score: BeliefScore
 
 
 @dataclass(frozen=True)
@@ -62,6 +45,7 @@ class ModelQuality:
     ci95 : interval of that mean, from a bootstrap over configurations.
     median_rank, expected_distance_m, mass_15m, hpd90_coverage : see
         :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
+    mean_log_score_mixed, ci95_mixed : the same with 1 % of the uniform belief mixed in.
     scores : one per target, in the order of the descriptions.
     """
 
@@ -72,6 +56,8 @@ class ModelQuality:
     expected_distance_m: float
     mass_15m: float
     hpd90_coverage: float
+    mean_log_score_mixed: float
+    ci95_mixed: tuple[float, float]
     scores: tuple[ScoredTarget, ...] = ()
 
 
@@ -93,11 +79,13 @@ class BeliefQuality:
         had to make do with what the parser read.
     models : model name -> its quality.
     paired : ``"a-b"`` -> the difference a less b, for each two models in the order they came.
+    paired_mixed : the same with 1 % of the uniform belief mixed into every model.
     """
 
     relations: Relations
     models: Mapping[str, ModelQuality]
     paired: Mapping[str, PairedDifference]
+    paired_mixed: Mapping[str, PairedDifference]
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval quality --json`` prints."""
@@ -112,14 +100,22 @@ class BeliefQuality:
                     "expected_distance_m": quality.expected_distance_m,
                     "mass_15m": quality.mass_15m,
                     "hpd90_coverage": quality.hpd90_coverage,
+                    "mean_log_score_1pct": quality.mean_log_score_mixed,
+                    "ci95_1pct": list(quality.ci95_mixed),
+                    **breakdown(quality.scores),
                 }
                 for name, quality in self.models.items()
             },
-            "paired": {
-                pair: {"mean": difference.mean, "ci95": list(difference.ci95)}
-                for pair, difference in self.paired.items()
-            },
+            "paired": _paired_json(self.paired),
+            "paired_1pct": _paired_json(self.paired_mixed),
         }
+
+
+def _paired_json(paired: Mapping[str, PairedDifference]) -> dict[str, Any]:
+    return {
+        pair: {"mean": difference.mean, "ci95": list(difference.ci95)}
+        for pair, difference in paired.items()
+    }
 
 
 def score_beliefs(
@@ -163,7 +159,12 @@ def score_beliefs(
     for name, model in models.items():
         scores = [
             ScoredTarget(
-                scene.id, scene.configuration, target, score_belief(belief, city.grid, place)
+                scene.id,
+                scene.configuration,
+                target,
+                scene.map,
+                tuple(plain_word(relation.relation) for relation in scene.about(target)),
+                score_belief(belief, city.grid, place),
             )
             for scene, city, said in read
             for (target, place), belief in zip(
@@ -175,7 +176,12 @@ def score_beliefs(
         qualities[name] = summarise(scores, rng=rng)
         if progress:
             progress(f"{name}: {len(scores)} targets scored")
-    return BeliefQuality(relations, qualities, paired_differences(qualities, rng=rng))
+    return BeliefQuality(
+        relations,
+        qualities,
+        paired_differences(qualities, lambda score: score.log_score, rng=rng),
+        paired_differences(qualities, lambda score: score.log_score_mixed, rng=rng),
+    )
 
 
 def _for_map(model: Preset | Mapping[str, Preset], name: str) -> Preset:
@@ -219,6 +225,7 @@ def summarise(scores: Sequence[ScoredTarget], *, rng: np.random.Generator) -> Mo
     """Return the means over targets, and the interval of the log score's."""
     each = [scored.score for scored in scores]
     log_scores = np.array([score.log_score for score in each])
+    mixed = np.array([score.log_score_mixed for score in each])
     return ModelQuality(
         n=len(each),
         mean_log_score=float(log_scores.mean()),
@@ -227,18 +234,23 @@ def summarise(scores: Sequence[ScoredTarget], *, rng: np.random.Generator) -> Mo
         expected_distance_m=float(np.mean([score.expected_distance_m for score in each])),
         mass_15m=float(np.mean([score.mass_15m for score in each])),
         hpd90_coverage=float(np.mean([score.in_hpd90 for score in each])),
+        mean_log_score_mixed=float(mixed.mean()),
+        ci95_mixed=_interval(mixed, scores, rng),
         scores=tuple(scores),
     )
 
 
 def paired_differences(
-    qualities: Mapping[str, ModelQuality], *, rng: np.random.Generator
+    qualities: Mapping[str, ModelQuality],
+    value: Callable[[BeliefScore], float],
+    *,
+    rng: np.random.Generator,
 ) -> dict[str, PairedDifference]:
-    """Return ``"a-b"`` -> mean log score of a less that of b on the same targets."""
+    """Return ``"a-b"`` -> mean of a value of a less that of b on the same targets."""
     paired = {}
     for (one, a), (other, b) in itertools.combinations(qualities.items(), 2):
         differences = np.array(
-            [x.score.log_score - y.score.log_score for x, y in zip(a.scores, b.scores, strict=True)]
+            [value(x.score) - value(y.score) for x, y in zip(a.scores, b.scores, strict=True)]
         )
         paired[f"{one}-{other}"] = PairedDifference(
             float(differences.mean()), _interval(differences, a.scores, rng)

@@ -15,12 +15,14 @@ from sloop_ppl.eval.crossval import refitted
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
+from sloop_ppl.eval.quality_report import quality_figure, quality_tables
+from sloop_ppl.eval.table_lines import table_lines
 from sloop_ppl.models import PRESETS, Preset
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["PAPER_METHODS", "models_named", "quality_lines", "score_quality"]
+__all__ = ["PAPER_METHODS", "draw_quality", "models_named", "quality_lines", "score_quality"]
 
 PAPER_METHODS = ("uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4")
 """The paper's methods, which a file of parameters leaves alone unless it names them."""
@@ -102,32 +104,21 @@ def models_named(names: str | None, params: str | Path | None = None) -> dict[st
 
 
 def quality_lines(quality: BeliefQuality) -> list[RenderableType]:
-    """Return a table of the models and one of the differences, for printing."""
-    from rich.table import Table
+    """Return all tables, each below its title, for printing."""
+    return [line for table in quality_tables(quality.to_json()) for line in table_lines(table)]
 
-    head = ("model", "n", "log score", "95 %", "rank", "distance m", "mass 15 m", "in 90 %")
-    scores = Table(box=None, pad_edge=False, header_style="bold")
-    for name in head:
-        scores.add_column(name, justify="left" if name == "model" else "right")
-    for name, one in quality.models.items():
-        scores.add_row(
-            name,
-            str(one.n),
-            f"{one.mean_log_score:.3f}",
-            "{:.2f} to {:.2f}".format(*one.ci95),
-            f"{one.median_rank:g}",
-            f"{one.expected_distance_m:.1f}",
-            f"{one.mass_15m:.3f}",
-            f"{one.hpd90_coverage:.3f}",
-        )
-    paired = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("difference", "log score", "95 %"):
-        paired.add_column(name, justify="left" if name == "difference" else "right")
-    for pair, difference in quality.paired.items():
-        paired.add_row(
-            pair, f"{difference.mean:+.3f}", "{:+.2f} to {:+.2f}".format(*difference.ci95)
-        )
-    return [scores, paired] if quality.paired else [scores]
+
+def draw_quality(quality: BeliefQuality, path: str | Path) -> None:
+    """Write the figure of the scores and of the coverage.
+
+    Raises
+    ------
+    InputError : when the ending of the path is of no known format.
+    OutputError : when the file cannot be written.
+    """
+    from sloop_ppl.plots import save_figure
+
+    save_figure(quality_figure(quality.to_json()), path)
 
 
 def _model_meant(params: str | Path) -> str | None:

@@ -10,7 +10,7 @@ import typer
 from sloop_ppl.cli.options import Json, Nlp, Params
 from sloop_ppl.cli.output import print_data, print_json, progress
 
-__all__ = ["app", "parse", "quality", "search"]
+__all__ = ["app", "describe", "parse", "quality", "report", "search"]
 
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
@@ -49,6 +49,27 @@ def parse(
 
 
 @app.command()
+def describe(
+    files: Annotated[
+        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
+    ],
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say what is in a set: parse yield, relations, targets and descriptions."""
+    from sloop_ppl.eval.describe import describe_files, summary_tables
+    from sloop_ppl.eval.table_lines import table_lines
+
+    summary = describe_files(files, maps=maps)
+    if json:
+        print_json(summary.to_json())
+    else:
+        print_data(*(line for table in summary_tables(summary) for line in table_lines(table)))
+
+
+@app.command()
 def quality(
     files: Annotated[
         list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
@@ -68,14 +89,22 @@ def quality(
         str | None,
         typer.Option(help="city: refit parameters without the line's city.", show_default=False),
     ] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Score what models believe against where the targets are."""
-    from sloop_ppl.eval.quality_files import quality_lines, score_quality
+    from sloop_ppl.eval.quality_files import draw_quality, quality_lines, score_quality
+    from sloop_ppl.plots import check_figure_path
 
+    if figure:
+        check_figure_path(figure)
     found = score_quality(
         files, maps=maps, gold=gold, models=models, params=params, cv=cv, progress=progress
     )
+    if figure:
+        draw_quality(found, figure)
     if json:
         print_json(found.to_json())
     else:
@@ -145,3 +174,38 @@ def search(
             progress=shown,
         )  # fmt: skip
     print_data(f"{folder.manifest['n_trials']} trials in {out}; see `sloop eval report {out}`")
+
+
+@app.command()
+def report(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(help="Folder of a run; others are set beside it.", show_default=False),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the report; else `report` in the run's.", show_default=False),
+    ] = None,
+    quality: Annotated[
+        Path | None, typer.Option(help="What `sloop eval quality --json` printed, to tell too.")
+    ] = None,
+    docs: Annotated[
+        Path | None, typer.Option(help="Write one .md file instead, pictures beside it.")
+    ] = None,
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
+    from sloop_ppl.eval.report import make_report, write_docs, write_report
+    from sloop_ppl.eval.results import read_results, reward_summary
+
+    sweeps = [read_results(folder) for folder in folders]
+    if json:
+        print_json(reward_summary(sweeps[0]))
+        return
+    made = make_report(sweeps, quality=quality, maps=maps)
+    if docs:
+        write_docs(made, docs)
+    print_data(str(docs or write_report(made, out or folders[0] / "report")))

@@ -58,7 +58,7 @@ def test_eval_quality_prints_the_agreed_keys(capsys, tmp_path):
         out, err = run(capsys, 0, *words)
         told[mode] = json.loads(out)
         assert told[mode]["relations"] == mode
-        assert list(told[mode]["models"]["bayes"]) == [
+        assert list(told[mode]["models"]["bayes"])[:7] == [
             "n", "mean_log_score", "ci95", "median_rank", "expected_distance_m", "mass_15m",
             "hpd90_coverage",
         ]  # fmt: skip
