@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -22,7 +23,10 @@ from sloop_ppl.models import (
     log_phrase_given_front,
 )
 
-__all__ = ["FrameSummary", "summarise_frame", "summarise_shared_frame"]
+if TYPE_CHECKING:
+    from sloop_ppl.inference.posterior import Posterior
+
+__all__ = ["FrameSummary", "summarise_frame", "summarise_frames", "summarise_shared_frame"]
 
 Ratio = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Posterior over prior density of fronts, up to a constant."""
@@ -102,6 +106,30 @@ def summarise_shared_frame(
         return np.interp(at, angles, gain, period=2 * math.pi)
 
     return _summaries(term, prior, ratio)
+
+
+def summarise_frames(posterior: Posterior, target: str) -> tuple[FrameSummary, ...]:
+    """Return the posterior of every frame that was used in speaking of a target.
+
+    Parameters
+    ----------
+    posterior : what is believed.
+    target : id of the target.
+    """
+    model, coupling = posterior.model, posterior._coupling
+    uses = np.array([part.uses_frames for part in model.components])
+    summaries: list[FrameSummary] = []
+    for which, said in enumerate(posterior._said(target)):
+        framed = [term for term in said.terms if term.needs_frame and uses.any()]
+        joint = coupling.joint(target, which) if framed else np.zeros((1, len(uses), 0))
+        for term in framed:
+            if term.ground in said.shared.grounds:
+                settings = coupling.settings(said)
+                summaries += summarise_shared_frame(term, model, said.shared, settings)
+            else:
+                used, unused = joint[:, uses].sum((0, 1)), float(joint[:, ~uses].sum())
+                summaries += summarise_frame(term, model, used, unused)
+    return tuple(summaries)
 
 
 def _prior(term: RelationTerm, model: Preset) -> FrameDistribution:

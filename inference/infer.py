@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import DescriptionError, InputError
+from sloop_ppl.inference.collapse import check_possible
 from sloop_ppl.inference.engine import ENGINES, InferenceInfo
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
@@ -34,22 +35,14 @@ def infer_description(
 ) -> tuple[Posterior, InferenceInfo]:
     """Return the posterior over the cell of each target, and how it was found.
 
-    Parameters
-    ----------
-    description : what was said; its targets of which it says nothing keep their prior.
-    city : the map it was said of.
-    model : a model's name, or a Preset.
-    engine : an engine's name.
-    prior : belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
-    truth : target -> true place in metres, wanted by the model ``informed``.
-    do : interventions; see :func:`sloop_ppl.models.intervene`.
-    rng : wanted by engines that draw, ignored by exact ones.
+    Parameters are those of :func:`sloop_ppl.infer`, which refuses a description without relations;
+    here a target of which nothing is said keeps its prior.
 
     Raises
     ------
     UnknownName : for an unknown model, engine, relation or ground.
-    DescriptionError : when a relation is about no declared target.
-    InputError : for a prior that is not one, or a missing truth.
+    DescriptionError : when there is no target, or a relation is about no declared one.
+    InputError : for a prior that is not one, a missing truth, or a description of another map.
     BeliefCollapse : when the prior excludes all that the description allows.
     """
     started = time.perf_counter()
@@ -99,7 +92,8 @@ def infer_description(
             for i, target in enumerate(targets)
         },
         log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
-    )._checked(description)
+    )
+    check_possible(posterior, description)
     info = InferenceInfo(
         engine=engine,
         seconds=time.perf_counter() - started,

@@ -3,39 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
+from sloop_ppl.errors import UnknownName
+from sloop_ppl.inference.cells import CellQuestions
 from sloop_ppl.inference.coupling import Coupling
-from sloop_ppl.inference.draws import draws_from, uniforms_for
 from sloop_ppl.inference.engine import InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
-from sloop_ppl.inference.frames import FrameSummary, summarise_frame, summarise_shared_frame
-from sloop_ppl.inference.fronts import find_framed
-from sloop_ppl.inference.influence import Influence, influence_on
-from sloop_ppl.inference.lapses import Lapse, lapses_of
+from sloop_ppl.inference.latents import LatentQuestions
 from sloop_ppl.inference.log_evidence import LogEvidence, words_of
-from sloop_ppl.inference.regions import probability_in
 from sloop_ppl.inference.said import Said
-from sloop_ppl.inference.summaries import (
-    entropy_nats,
-    expected_distance_m,
-    expected_m,
-    hpd_cells,
-    mode_m,
-)
-from sloop_ppl.inference.tables import (
-    component_table,
-    component_weights,
-    frame_array,
-    frame_table,
-    responsibility_table,
-)
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
@@ -43,15 +25,13 @@ from sloop_ppl.models import Preset
 if TYPE_CHECKING:
     import xarray
 
-    from sloop_ppl.models.simulate import Simulated
-
 __all__ = ["Posterior"]
 
 Table = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Posterior:
+class Posterior(CellQuestions, LatentQuestions):
     """What is believed about where targets are. Immutable: evidence returns a new one.
 
     Shape legend: H, W grid; S = H W cells; K components.
@@ -72,6 +52,8 @@ class Posterior:
     prior(s) sensed(s) prod_d sum_k factor_d(k, s): a new component is drawn for each description,
     so two updates are not one longer description, and updates commute. Frames that a description
     shares between targets couple their beliefs: what is learnt of one tells of the other.
+    What it can be asked is in :class:`sloop_ppl.inference.cells.CellQuestions` and
+    :class:`sloop_ppl.inference.latents.LatentQuestions`.
     """
 
     city: CityMap
@@ -127,177 +109,9 @@ class Posterior:
             words_of(self),
         )
 
-    def component(self, target: str, which: int = -1) -> dict[str, float]:
-        """Return the posterior probability of each component.
-
-        Parameters
-        ----------
-        target : id of the target.
-        which : which description about the target, the latest by default.
-
-        Returns
-        -------
-        dict
-            Component name -> probability; empty when nothing was said of the target.
-        """
-        said = self._said(target)
-        if not said:
-            return {}
-        if not -len(said) <= which < len(said):
-            raise InputError(f"which is {which}; '{target}' has {len(said)} descriptions")
-        joint = self._joint(target, which)
-        return dict(zip(said[which].components, map(float, joint.sum(1)), strict=True))
-
-    def frames(self, target: str) -> tuple[FrameSummary, ...]:
-        """Return the posterior of every frame that was used in speaking of a target.
-
-        One entry per part of the frame's prior (a street has two normals, left and right have the
-        map's frame and the ground's), in the order the relations were said.
-        """
-        uses = np.array([part.uses_frames for part in self.model.components])
-        summaries: list[FrameSummary] = []
-        for which, said in enumerate(self._said(target)):
-            framed = [term for term in said.terms if term.needs_frame and uses.any()]
-            joint = self._coupling.joint(target, which) if framed else np.zeros((1, len(uses), 0))
-            for term in framed:
-                if term.ground in said.shared.grounds:
-                    settings = self._coupling.settings(said)
-                    summaries += summarise_shared_frame(term, self.model, said.shared, settings)
-                else:
-                    used, unused = joint[:, uses].sum((0, 1)), float(joint[:, ~uses].sum())
-                    summaries += summarise_frame(term, self.model, used, unused)
-        return tuple(summaries)
-
     def relations(self, target: str) -> tuple[SpatialRelation, ...]:
         """Return what was said of a target."""
         return tuple(r for said in self._said(target) for r in said.description.about(target))
-
-    def mode(self, target: str) -> tuple[float, float]:
-        """Return x and y of the most probable cell's centre, metres."""
-        return mode_m(self.belief(target), self.city.grid)
-
-    def expected(self, target: str) -> tuple[float, float]:
-        """Return the mean place, metres."""
-        return expected_m(self.belief(target), self.city.grid)
-
-    def entropy(self, target: str) -> float:
-        """Return the entropy of a target's belief, nats."""
-        return entropy_nats(self.belief(target))
-
-    def hpd(self, target: str, mass: float = 0.9) -> NDArray[np.bool_]:
-        """Return the smallest set of cells holding at least `mass`, shape (H, W)."""
-        if not 0 < mass <= 1:
-            raise InputError(f"mass is {mass}; expected a probability in (0, 1]")
-        return hpd_cells(self.belief(target), mass)
-
-    def frame(
-        self, target: str, ground: str | None = None, relation: int | None = None, bins: int = 72
-    ) -> xarray.DataArray:
-        """Return how probable each direction of a ground's front is.
-
-        Parameters
-        ----------
-        target : id of the target it was said of.
-        ground : id of the landmark; may be left out when the target has one frame only.
-        relation : index in :meth:`relations`, when two relations speak of the same ground.
-        bins : number of equal directions B, the first centred on east, anticlockwise.
-
-        Returns
-        -------
-        xarray.DataArray
-            Dim angle (radians), sums to one; its coordinate ``prior`` is what was believed before.
-
-        Raises
-        ------
-        InputError : when nothing depends on a frame, or several frames fit.
-        UnknownName : when there is no such target, or no frame of such a ground.
-        """
-        return frame_array(self, target, find_framed(self, target, ground, relation), bins)
-
-    def joint(self, target: str, which: int = -1) -> xarray.DataArray:
-        """Return p(component, cell), dims component, y, x, for one description of a target."""
-        self._said(target)
-        return component_table(self, target, which)
-
-    def component_prior(self, target: str, which: int = -1) -> dict[str, float]:
-        """Return the prior weight of each component of a description, 0 where it does not apply."""
-        return component_weights(self, target, which) if self._said(target) else {}
-
-    def joint_frame(
-        self, target: str, relation: int | None = None, ground: str | None = None, bins: int = 72
-    ) -> xarray.DataArray:
-        """Return p(front, cell), dims angle, y, x, for one frame; arguments as in :meth:`frame`."""
-        return frame_table(self, target, find_framed(self, target, ground, relation), bins)
-
-    def responsibilities(self, target: str, which: int = -1) -> xarray.DataArray:
-        """Return p(component | cell), dims component, y, x; NaN where the target cannot be."""
-        self._said(target)
-        return responsibility_table(self, target, which)
-
-    def influence(
-        self, target: str, rng: np.random.Generator | None = None
-    ) -> tuple[Influence, ...]:
-        """Return how many bits each relation moves the belief: inferred again without it.
-
-        Parameters
-        ----------
-        target : id of the target.
-        rng : wanted by engines that draw.
-        """
-        self._said(target)
-        return influence_on(self, target, rng)
-
-    def lapses(self, target: str) -> tuple[Lapse, ...]:
-        """Return how probable it is that each relation of a target is wrong, given everything."""
-        return lapses_of(self, target)
-
-    def expected_distance(self, target: str, place_m: tuple[float, float]) -> float:
-        """Return the mean distance from a place (x, y) to the target, metres."""
-        return expected_distance_m(self.belief(target), self.city.grid, place_m)
-
-    def probability_in(self, target: str, polygon: Any) -> float:
-        """Return the probability that a target is inside a shapely polygon, metres.
-
-        A cell that is partly inside counts by the share of its area.
-
-        Raises
-        ------
-        InputError : when it is no polygon, is empty, or crosses itself.
-        """
-        return probability_in(self.belief(target), self.city.grid, polygon)
-
-    def draws(self, target: str, n: int, *, rng: np.random.Generator) -> xarray.Dataset:
-        """Draw cells, components and fronts together.
-
-        Parameters
-        ----------
-        target : id of the target.
-        n : how many, > 0.
-        rng : where they are drawn from.
-
-        Returns
-        -------
-        xarray.Dataset
-            See :func:`sloop_ppl.inference.draws.draws_from`.
-        """
-        return draws_from(self, target, uniforms_for(self, target, n, rng))
-
-    def utterances(
-        self, target: str, n: int, *, rng: np.random.Generator, **options: Any
-    ) -> tuple[Simulated, ...]:
-        """Draw what would be said of a target, as far as is known where it is.
-
-        Parameters
-        ----------
-        target : id of the target.
-        n : how many descriptions, > 0.
-        rng : where they are drawn from.
-        **options : ``speaker``, ``phrases``, ``grounds``; see
-            :func:`sloop_ppl.inference.utterances.utterances_about`.
-        """
-        from sloop_ppl.inference.utterances import utterances_about
-
-        return utterances_about(self, target, n, rng=rng, **options)
 
     def to_geojson(self, target: str | None = None, least: float = 0.0) -> dict[str, Any]:
         """Return the cells of a target, or of all, as GeoJSON squares with their probability.
@@ -338,26 +152,9 @@ class Posterior:
         NoRelationFound : when the description speaks of no target.
         BeliefCollapse : when it excludes all that was believed.
         """
-        from sloop_ppl.inference.infer import infer_description
+        from sloop_ppl.inference.updates import updated
 
-        if not description.targets:
-            raise NoRelationFound(
-                f"'{description.text}' says nothing of any target; expected at least one relation"
-            )
-        later, _ = infer_description(
-            description, self.city, self.model, self.engine, prior=None, rng=rng
-        )
-        new_prior = {t: p for t, p in later.log_prior.items() if t not in self.log_prior}
-        return replace(
-            later,
-            log_prior={**self.log_prior, **new_prior},
-            said={
-                target: (*self.said.get(target, ()), *later.said.get(target, ()))
-                for target in dict.fromkeys((*self.targets, *later.targets))
-            },
-            log_sensed={**later.log_sensed, **self.log_sensed},
-            _cache={},
-        )._checked(description, self)
+        return updated(self, description, rng)
 
     def condition(self, log_likelihood: Mapping[str, Table]) -> Posterior:
         """Return the posterior after sensing; components and frames move with the cells.
@@ -372,19 +169,9 @@ class Posterior:
         BeliefCollapse : when nothing that was believed possible remains.
         InputError : when a table has the wrong shape or holds NaN or +inf.
         """
-        sensed = dict(self.log_sensed)
-        for target, table in log_likelihood.items():
-            self._said(target)
-            flat = np.asarray(table, dtype=np.float64)
-            if flat.shape != self.city.grid.shape:
-                raise InputError(
-                    f"Log likelihood of '{target}' has shape {flat.shape}; expected "
-                    f"{self.city.grid.shape}"
-                )
-            if np.isnan(flat).any() or np.isposinf(flat).any():
-                raise InputError(f"Log likelihood of '{target}' holds NaN or +inf")
-            sensed[target] = sensed[target] + flat.reshape(-1)
-        return replace(self, log_sensed=sensed, _cache={})._checked(log_likelihood, self)
+        from sloop_ppl.inference.updates import conditioned
+
+        return conditioned(self, log_likelihood)
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -428,27 +215,8 @@ class Posterior:
         coupling: Coupling = self._cache[""]
         return coupling
 
-    def _responsibilities(self, target: str, which: int) -> Table:
-        """Return p(component | cell) for one description, NaN where p(cell) is 0, shape (K, S)."""
-        joint = self._joint(target, which)
-        mass = joint.sum(0)
-        share: Table = np.divide(joint, mass, out=np.full_like(joint, np.nan), where=mass > 0)
-        return share
-
     def _joint(self, target: str, which: int) -> Table:
         """Return the posterior of component and cell for one description, shape (K, S)."""
         self._said(target)
         joint: Table = self._coupling.joint(target, which).sum(0)
         return joint
-
-    def _checked(self, observation: object, before: Posterior | None = None) -> Posterior:
-        """Return itself unless some target has nowhere left to be."""
-        for target in self.targets:
-            if not self._coupling.possible(target):
-                raise BeliefCollapse(
-                    f"Nothing that was believed about '{target}' is possible after this "
-                    "observation; check it, or start from a prior without zeros",
-                    prior=self.log_prior[target] if before is None else before.belief(target),
-                    observation=observation,
-                )
-        return self

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
 
 __all__ = [
+    "component_probabilities",
     "component_table",
     "component_weights",
     "frame_array",
@@ -49,13 +50,24 @@ def responsibility_table(posterior: Posterior, target: str, which: int) -> xarra
     InputError : when nothing was said of the target, or there is no such description.
     """
     names = _described(posterior, target, which)
-    return _over_cells(
-        posterior._responsibilities(target, which), names, posterior.city.grid, "responsibility"
-    )
+    joint = posterior._joint(target, which)
+    mass = joint.sum(0)
+    share = np.divide(joint, mass, out=np.full_like(joint, np.nan), where=mass > 0)
+    return _over_cells(share, names, posterior.city.grid, "responsibility")
+
+
+def component_probabilities(posterior: Posterior, target: str, which: int) -> dict[str, float]:
+    """Return the posterior probability of each component; empty when nothing was said."""
+    if not posterior._said(target):
+        return {}
+    names = _described(posterior, target, which)
+    return dict(zip(names, map(float, posterior._joint(target, which).sum(1)), strict=True))
 
 
 def component_weights(posterior: Posterior, target: str, which: int) -> dict[str, float]:
     """Return the prior weight of each component, shared out among those that apply."""
+    if not posterior._said(target):
+        return {}
     names = _described(posterior, target, which)
     log_factor = posterior._said(target)[which].log_factor
     applies = np.isfinite(log_factor).any(axis=(0, 2))

@@ -79,10 +79,18 @@ class BeliefCollapse(InputError):
     ----------
     prior : the belief before the evidence.
     observation : what was observed or said.
+    culprits : what excludes cells, in words; empty when it was not looked for.
     """
 
-    def __init__(self, message: str, *, prior: object = None, observation: object = None):
-        self.prior, self.observation = prior, observation
+    def __init__(
+        self,
+        message: str,
+        *,
+        prior: object = None,
+        observation: object = None,
+        culprits: Sequence[str] = (),
+    ) -> None:
+        self.prior, self.observation, self.culprits = prior, observation, tuple(culprits)
         super().__init__(message)
 
 
