@@ -72,4 +72,9 @@ def _map_of(episode: Episode, map_name: str | None) -> CityMap:
             f"The episode was searched on another map ('{episode.map_name}', {shape} cells); "
             f"found '{city.name}', {city.grid.shape} cells; give the map it was searched on"
         )
+    if episode.map_digest and city.digest != episode.map_digest:
+        raise InputError(
+            f"The episode was searched on another version of map '{city.name}': its content has "
+            "changed since; give the file it was searched on with --map, or search again"
+        )
     return city

@@ -15,8 +15,10 @@ from sloop_ppl.bridge.replay import draw_episode
 from sloop_ppl.bridge.report import outcome_line, step_line, unresolved_lines
 from sloop_ppl.bridge.requests import posterior_of, saved_posterior
 from sloop_ppl.bridge.searching import search
+from sloop_ppl.bridge.settings import read_settings
 from sloop_ppl.bridge.spoken import read_said
 from sloop_ppl.bridge.told import ToldEpisode
+from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
 from sloop_ppl.bridge.why import why_lines
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
@@ -56,8 +58,12 @@ class SearchRequest:
     find_each: bool = False
     one_at_a_time: bool = False
     explain: bool = False
+    settings: tuple[str, ...] = ()
     seed: int = 0
     out: Path | None = None
+    posterior_out: Path | None = None
+    tree: Path | None = None
+    tree_step: int | None = None
     figure: Path | None = None
     animation: Path | None = None
 
@@ -93,14 +99,7 @@ def run_request(
     places, start = read_places(request.places), read_start(request.start)
     said = read_said(request.said)
     check_planner(request.planner)
-    config = SearchConfig(
-        sensor_range_cells=request.sensor_range_cells,
-        fov_deg=request.fov_deg,
-        sims=request.sims,
-        max_steps=request.max_steps,
-        rollout=request.rollout,
-        find_each=request.find_each,
-    )
+    config = _config(request)
     _check_outputs(request)
     posterior = _posterior(request, places)
     for line in unresolved_lines(posterior):
@@ -114,7 +113,10 @@ def run_request(
         tell(step_line(step))
         if step.index + 1 in said:
             tell(f"     told: “{said[step.index + 1]}”")
+        if keeper is not None:
+            keeper.keep(step)
 
+    keeper = TreeKeeper(request.tree, request.tree_step) if request.tree is not None else None
     try:
         episode = search(
             posterior,
@@ -134,10 +136,14 @@ def run_request(
     except SearchInterrupted as stopped:
         if isinstance(stopped.episode, ToldEpisode):
             _write(request, posterior, stopped.episode)
+        if keeper is not None and keeper.kept:
+            keeper.write()
         raise
     for step in episode.unheard:
         tell(f"never said, for the search ended after {episode.steps} steps: “{said[step]}”")
     _write(request, posterior, episode)
+    if keeper is not None:
+        keeper.write()
     report = {**_named(request, posterior, episode), **episode.to_json()}
     return SearchResult(posterior, episode, report, (outcome_line(episode),))
 
@@ -157,9 +163,27 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
     )  # fmt: skip
 
 
+def _config(request: SearchRequest) -> SearchConfig:
+    others = read_settings(request.settings)
+    if request.tree is not None:
+        others.setdefault("tree_depth", TREE_DEPTH)
+    return SearchConfig(
+        sensor_range_cells=request.sensor_range_cells,
+        fov_deg=request.fov_deg,
+        sims=request.sims,
+        max_steps=request.max_steps,
+        rollout=request.rollout,
+        find_each=request.find_each,
+        **others,
+    )
+
+
 def _check_outputs(request: SearchRequest) -> None:
+    check_tree(request.tree, request.tree_step, request.planner)
     if request.out:
         check_output(request.out, (".json",))
+    if request.posterior_out:
+        check_output(request.posterior_out, (".nc",))
     if request.figure:
         check_figure_path(request.figure)
     if request.animation:
@@ -186,4 +210,6 @@ def _write(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -
         text = json.dumps(document, ensure_ascii=False, allow_nan=False)
         with written_whole(request.out) as path:
             path.write_text(text + "\n", encoding="utf-8")
+    if request.posterior_out and episode.posterior is not None:
+        episode.posterior.save(request.posterior_out)
     draw_episode(episode, posterior.city, request.figure, request.animation)

@@ -31,5 +31,12 @@ def why_lines(step: Step) -> list[str]:
             shown = ", ".join(f"{target} {p:.1%}" for target, p in seen.items())
             told.append(f"expects to see {shown}")
         lines.append("  ".join(told))
-    lines += [f"       {name}: {value}" for name, value in info.notes.items()]
+    lines += [f"       {name}: {_told(value)}" for name, value in info.notes.items()]
     return lines
+
+
+def _told(value: object) -> str:
+    """Return a note in few words: moves by name, probabilities in per cent."""
+    if not isinstance(value, tuple):
+        return str(value)
+    return " ".join(f"{v:.1%}" if isinstance(v, float) else str(v) for v in value)

@@ -55,6 +55,10 @@ def search(
             show_default=False,
         ),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="NAME=VALUE of any other setting, such as no_fly=true."),
+    ] = None,
     find_each: Annotated[
         bool, typer.Option("--find-each", help="One find action per target, as in the paper.")
     ] = False,
@@ -70,6 +74,13 @@ def search(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Save the episode, .json.")] = None,
+    posterior_out: Annotated[
+        Path | None, typer.Option(help="Save what is believed after the search, .nc.")
+    ] = None,
+    tree: Annotated[Path | None, typer.Option(help="Save the tree of one decision, .json.")] = None,
+    tree_step: Annotated[
+        int | None, typer.Option(help="Whose tree, from 1; else the last.", show_default=False)
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")] = None,
     animation: Annotated[Path | None, typer.Option(help="Film the search, .gif.")] = None,
     json: Json = False,
@@ -93,8 +104,9 @@ def search(
         model=model, variant=variant, engine=engine, frames=frames, params=params,
         posterior=posterior, said=tuple(say or ()), planner=planner,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
-        find_each=find_each, one_at_a_time=one_at_a_time, explain=explain, seed=seed,
-        out=out, figure=figure, animation=animation,
+        find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
+        settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
+        tree=tree, tree_step=tree_step, figure=figure, animation=animation,
     )  # fmt: skip
     lines = run_request(request, tell=progress)
     print_json(lines.report) if json else print_data(*lines.summary)

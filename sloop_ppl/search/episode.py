@@ -99,6 +99,7 @@ class Episode:
     info : what the planner says about each decision.
     beliefs : beliefs at each pose when they were asked for, else empty.
     imagined : targets whose place was not known but drawn from the belief.
+    map_digest : `CityMap.digest` of the map; empty where it is not known.
     """
 
     map_name: str
@@ -114,6 +115,7 @@ class Episode:
     info: tuple[PlanInfo, ...] = ()
     beliefs: tuple[Tables, ...] = ()
     imagined: tuple[str, ...] = ()
+    map_digest: str = ""
 
     @property
     def start(self) -> Pose:

@@ -44,6 +44,7 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
         "version": EPISODE_VERSION,
         **episode.to_json(),
         **extra,
+        **({"map_digest": episode.map_digest} if episode.map_digest else {}),
         "config": asdict(episode.config),
         "shape": list(episode.views.shape[1:]),
         "views": [np.flatnonzero(view).tolist() for view in episode.views],
@@ -120,6 +121,7 @@ def _episode(document: Mapping[str, Any]) -> Episode:
             for tables in document["beliefs"]
         ),
         imagined=tuple(str(name) for name in document.get("imagined", ())),
+        map_digest=str(document.get("map_digest", "")),
     )
 
 

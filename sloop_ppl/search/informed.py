@@ -15,9 +15,10 @@ from sloop_ppl.search.episode import PlanInfo
 from sloop_ppl.search.greedy import find_worth
 from sloop_ppl.search.ground import Worth, ground_of, reach_of
 from sloop_ppl.search.outlook import believe, outlook_of
-from sloop_ppl.search.paths import Candidates, PathTree, Trail, explore, worth_of_move
+from sloop_ppl.search.paths import Candidates, explore, worth_of_move
 from sloop_ppl.search.sensing import HEADINGS
 from sloop_ppl.search.space import SearchSpace
+from sloop_ppl.search.trail import PathTree, Trail
 from sloop_ppl.search.values import SearchAction, SearchObservation
 
 __all__ = ["InformedPlanner"]
@@ -211,6 +212,7 @@ def _no_tree(size: int) -> PathTree:
         past=np.zeros(size),
         best=np.zeros(size),
         visits=_whole(size),
+        whole=np.zeros(size, dtype=bool),
     )
 
 

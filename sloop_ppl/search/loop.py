@@ -111,6 +111,7 @@ def run_search(
     def so_far() -> Episode:
         return Episode(
             map_name=city.name,
+            map_digest=city.digest,
             planner=planner,
             config=config,
             places=MappingProxyType({t: (float(places[t][0]), float(places[t][1])) for t in ids}),

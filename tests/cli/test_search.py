@@ -123,6 +123,25 @@ def test_ctrl_c_leaves_what_was_done(tmp_path, capsys, monkeypatch):
         (["--posterior", "absent.nc", "--model", "sloop"], "--model does not go with --posterior"),
         (["--replay", "absent.json"], "TEXT does not go with --replay"),
         (["--rollout", "best"], "Rollout 'best' is unknown"),
+        (["--set", "no_fli=true"], "Setting 'no_fli' is unknown"),
+        (["--set", "no_fly"], "expected NAME=VALUE"),
+        (["--set", "no_fly=perhaps"], "'perhaps'; expected true or false"),
+        (["--set", "turn_deg=4.5"], "'4.5'; expected a whole number"),
+        (["--set", "turn_deg=60"], "expected 45 or 90"),
+        (["--set", "discount=high"], "'high'; expected a number"),
+        (["--set", "sims=3"], "has an option of its own; give --sims"),
+        (["--set", "no_fly=1", "--set", "no_fly=0"], "is given twice"),
+        (["--set", "no_fly=true", "--start", "80,80"], "inside a no-fly building"),
+        (["--set", "false_positive_rate=1"], "expected a number in [0, 1)"),
+        (["--tree", "t.json", "--planner", "greedy"], "grows no tree"),
+        (["--tree", "t.txt"], "expected one of .json"),
+        (["--tree-step", "1"], "say where it goes with --tree"),
+        (["--tree", "t.json", "--tree-step", "0"], "expected at least 1"),
+        (["--posterior-out", "p.txt"], "expected one of .nc"),
+        (["--sims", "0"], "sims is 0; expected a whole number of at least 1"),
+        (["--sims", "-3"], "sims is -3; expected a whole number of at least 1"),
+        (["--place", "GreenToyota=900,0"], "outside"),
+        (["--range", "0.5"], "sensor_range_cells is 0.5"),
     ],
 )
 def test_mistakes(options, said, capsys):
@@ -146,3 +165,40 @@ def test_other_maps_are_refused(saved, tmp_path, capsys):
     assert "version 99" in refused(capsys, "search", "--replay", episode)
     episode.write_text(json.dumps({**document, "map": "mine"}))
     assert "give its file with --map" in refused(capsys, "search", "--replay", episode)
+    episode.write_text(json.dumps({**document, "map_digest": "0" * 16}))
+    assert "another version of map 'cleveland'" in refused(capsys, "search", "--replay", episode)
+
+
+@pytest.mark.parametrize("planner", ["fast", "pouct", "pomcp"])
+def test_the_tree_of_a_decision_is_saved(planner, tmp_path, capsys):
+    path = tmp_path / "t.json"
+    more = ["--planner", planner, "--sims", "60", "--steps", "3", "--tree", path]
+    run(capsys, *SEARCH[:-1], "80,80", *more)
+    last = json.loads(path.read_text())
+    assert (last["planner"], last["step"]) == (planner, 3)
+    run(capsys, *SEARCH[:-1], "80,80", *more, "--tree-step", "2", "--set", "tree_depth=1")
+    told = json.loads(path.read_text())
+    assert told["step"] == 2
+    assert told["action"] in told["tree"]["actions"]
+    assert told["tree"]["visits"] >= 50
+    for branch in told["tree"]["actions"].values():
+        assert all(after["actions"] == {} for after in branch["after"].values())
+    line = refused_in_the_end(capsys, *SEARCH[:-1], "80,80", *more, "--tree-step", "9")
+    assert line.startswith("sloop: Step 9 was decided by a tree, in 3 steps")
+
+
+def refused_in_the_end(capsys, *arguments):
+    _, err = run(capsys, *arguments, code=2)
+    return err.splitlines()[-1]
+
+
+def test_what_is_believed_after_a_search_is_saved_and_gone_on_from(tmp_path, capsys):
+    path, begin = tmp_path / "p.nc", [*SEARCH[:-1], "40,40"]
+    first, _ = run(capsys, *begin, "--steps", "2", "--posterior-out", path, "--json",
+                   "--say", "1=it is near the hat factory")  # fmt: skip
+    x, y, heading = json.loads(first)["poses"][-1]
+    on = [*begin[4:-1], f"{x},{y},{heading:g}", "--json"]
+    rest, _ = run(capsys, "search", "--posterior", path, *on)
+    whole, _ = run(capsys, *begin, "--json", "--say", "1=it is near the hat factory")
+    told = [json.loads(text)["actions"] for text in (first, rest, whole)]
+    assert told[0] + told[1] == told[2]

@@ -19,7 +19,7 @@ from sloop_ppl.search import (
     SearchTransitionModel,
     make_planner,
 )
-from sloop_ppl.search import native_search as native
+from sloop_ppl.search import native_rules as native
 from sloop_ppl.search.fast import NO_MODEL, NativePouct
 from sloop_ppl.search.native_search import NativeSearch
 
