@@ -139,8 +139,10 @@ class FrameDistribution:
         peaks = [_climbed(self, start, 2 * math.pi / 720) for start in _tops(self, starts)]
         most = max(height for _, height in peaks)
         found: list[float] = []
-        for angle, height in sorted(peaks, key=lambda peak: -peak[1]):
-            apart = all(abs(math.remainder(angle - f, 2 * math.pi)) > 0.01 for f in found)
+        for peak, height in sorted(peaks, key=lambda peak: -peak[1]):
+            near = [p.mean_rad for p in self.parts if abs(_between(p.mean_rad, peak)) < 1e-6]
+            angle = near[0] if near else peak
+            apart = all(abs(_between(angle, f)) > 0.01 for f in found)
             if math.isclose(height, most, rel_tol=1e-6) and apart:
                 found.append(angle)
         return tuple(found)
@@ -149,6 +151,10 @@ class FrameDistribution:
     def is_point(self) -> bool:
         """Tell whether all of its mass sits on points."""
         return self.lapse == 0 and all(math.isinf(part.kappa) for part in self.parts)
+
+
+def _between(one: float, other: float) -> float:
+    return math.remainder(one - other, 2 * math.pi)
 
 
 def _tops(frame: FrameDistribution, angles: NDArray[np.float64]) -> NDArray[np.float64]:

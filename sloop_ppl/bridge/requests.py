@@ -14,13 +14,13 @@ from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import load_targets, no_relation_found
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import (
-    FRAME_PREDICTORS,
     PredictedPoint,
     PredictedSpread,
     Preset,
     cell_prior,
     preset,
 )
+from sloop_ppl.models.frames import frame_predictor
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 from sloop_ppl.models.user import is_user_model, load_model
 
@@ -38,7 +38,8 @@ def model_of(
     Parameters
     ----------
     name : a registered model, or ``FILE.py:NAME``; see :func:`sloop_ppl.models.user.load_model`.
-    variant, frames : names.
+    variant : a name.
+    frames : name of a frame predictor, or the path of its weights.
     params : file of parameters; see :func:`sloop_ppl.models.tuning.load_parameters`.
 
     Raises
@@ -54,7 +55,7 @@ def model_of(
         model = with_parameters(model, load_parameters(params))
     if frames is None:
         return model
-    predictor = FRAME_PREDICTORS[frames]
+    predictor = frame_predictor(frames)
     prior = model.frame_prior
     if not isinstance(prior, PredictedPoint | PredictedSpread):
         raise InputError(f"Model '{name}' has a frame prior of its own; leave --frames out")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
 
-__all__ = ["EpisodeLike", "FrameLike", "PosteriorLike", "RelationLike"]
+__all__ = ["DistributionLike", "EpisodeLike", "FrameLike", "PosteriorLike", "RelationLike"]
 
 
 class RelationLike(Protocol):
@@ -51,6 +51,13 @@ class FrameLike(Protocol):
     @property
     def p(self) -> float:
         """Probability of this direction, when there are several for one landmark."""
+
+
+class DistributionLike(Protocol):
+    """Which way the front of a landmark faces, as a distribution."""
+
+    def binned(self, count: int) -> NDArray[np.float64]:
+        """Return the probability of so many arcs, the first centred on east, shape (B,)."""
 
 
 class PosteriorLike(Protocol):

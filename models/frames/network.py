@@ -1,0 +1,153 @@
+"""The networks that look at a picture of a landmark and tell which way it faces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from sloop_ppl.models.frames.image import PLANES
+from sloop_ppl.models.frames.streets import FEATURES
+
+__all__ = ["DIRECTIONS", "FrameNetwork", "NetworkShape", "Outputs", "log_density"]
+
+DIRECTIONS = 24
+"""Directions that the picture itself speaks for, the first east, anticlockwise."""
+
+_KAPPA_RANGE = (0.5, 1000.0)
+
+
+@dataclass(frozen=True)
+class NetworkShape:
+    """What a network is made of.
+
+    Parameters
+    ----------
+    view : the picture it looks at; see :data:`sloop_ppl.models.frames.image.VIEWS`.
+    channels : of the two convolutions. 28 pixels shrink to 5 x 5, so 32 channels in the second
+        make the paper's 800 features.
+    hidden : of the first two dense layers.
+    streets : True to weigh the streets around too, each by its own few facts.
+    angle : True for the paper's output, one angle; False for a distribution.
+    greys : True for the paper's one grey picture; False for four planes.
+    """
+
+    view: str = "ego-ctx"
+    channels: tuple[int, int] = (8, 32)
+    hidden: tuple[int, int] = (64, 32)
+    streets: bool = True
+    angle: bool = False
+    greys: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Outputs:
+    """What a network says of N landmarks: parts of a mixture, and a lapse.
+
+    Parameters
+    ----------
+    mean_rad : shape (N, P), radians.
+    kappa : shape (N, P).
+    log_weight : shape (N, P + 1), the last one that of the lapse; each row sums to one in
+        probability.
+    """
+
+    mean_rad: Tensor
+    kappa: Tensor
+    log_weight: Tensor
+
+
+class FrameNetwork(nn.Module):
+    """Two convolution modules and three dense layers, and a small scorer of streets.
+
+    Parameters
+    ----------
+    shape : what it is made of.
+
+    Notes
+    -----
+    Source: SLOOP sec. IV-C for the layers and the 800 features. Ours: the mixture it puts out, and
+    the streets as further parts of it, whose logit adds what the picture says of their direction
+    to what a small network says of their facts. That sum does not depend on the order of streets.
+    """
+
+    def __init__(self, shape: NetworkShape) -> None:
+        super().__init__()
+        self.shape = shape
+        first, second = shape.channels
+        planes = 1 if shape.greys or shape.view == "ego" else len(PLANES)
+        self.look = nn.Sequential(
+            nn.Conv2d(planes, first, 3), nn.ReLU(), nn.MaxPool2d(2),
+            nn.Conv2d(first, second, 3), nn.ReLU(), nn.MaxPool2d(2),
+            nn.Flatten(),
+        )  # fmt: skip
+        out = 2 if shape.angle else DIRECTIONS + 2
+        self.dense = nn.Sequential(
+            nn.Linear(25 * second, shape.hidden[0]), nn.ReLU(), nn.Dropout(0.2),
+            nn.Linear(shape.hidden[0], shape.hidden[1]), nn.ReLU(),
+            nn.Linear(shape.hidden[1], out),
+        )  # fmt: skip
+        self.weigh = (
+            nn.Sequential(nn.Linear(len(FEATURES), 24), nn.ReLU(), nn.Linear(24, 1))
+            if shape.streets
+            else None
+        )
+        self.log_kappa = nn.Parameter(torch.tensor([math.log(8.0), math.log(100.0)]))
+        self.angle_lapse = nn.Parameter(torch.tensor(-2.0), requires_grad=False)
+
+    def forward(
+        self, pictures: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
+    ) -> Outputs:
+        """Return the mixture of each landmark.
+
+        Parameters
+        ----------
+        pictures : planes, shape (N, 4, 28, 28).
+        bearing_rad : directions to streets, shape (N, C).
+        features : facts of the streets, shape (N, C, F).
+        there : False where a row has fewer than C streets, shape (N, C).
+        """
+        told = self.dense(self.look(self._seen(pictures)))
+        low, high = _KAPPA_RANGE
+        kappa = self.log_kappa.exp().clamp(low, high)
+        if self.shape.angle:
+            mean = torch.atan2(told[:, 1:], told[:, :1])
+            flat = torch.zeros_like(told[:, :1])
+            weights = torch.log_softmax(torch.cat([flat, flat + self.angle_lapse], 1), 1)
+            return Outputs(mean, kappa[0].expand_as(mean), weights)
+        at = torch.arange(DIRECTIONS, dtype=told.dtype, device=told.device)
+        directions = (at * (2 * math.pi / DIRECTIONS)).expand(len(told), -1)
+        logits, mean, spread = told[:, :DIRECTIONS], directions, kappa[0].expand_as(directions)
+        lapse = told[:, DIRECTIONS : DIRECTIONS + 1]
+        if self.weigh is not None:
+            alike = torch.cos(bearing_rad[..., None] - directions[:, None, :])
+            liked = (torch.softmax(12.0 * alike, -1) * logits[:, None, :]).sum(-1)
+            scores = self.weigh(features)[..., 0] + liked
+            scores = scores.masked_fill(~there, -math.inf)
+            free = logits - 3.0 + told[:, DIRECTIONS + 1 :]
+            logits = torch.cat([free, scores], 1)
+            mean = torch.cat([directions, bearing_rad], 1)
+            spread = torch.cat([spread, kappa[1].expand_as(bearing_rad)], 1)
+            lapse = lapse - 3.0
+        return Outputs(mean, spread, torch.log_softmax(torch.cat([logits, lapse], 1), 1))
+
+    def _seen(self, pictures: Tensor) -> Tensor:
+        """Return what the first convolution takes: four planes, the ground alone, or one grey."""
+        if self.shape.greys:
+            ground, streets, paths, buildings = pictures.unbind(1)
+            ways = torch.maximum(streets, paths)
+            grey = torch.where(ways >= 0.5, 0.7, torch.where(buildings >= 0.5, 0.35, 0.0))
+            return torch.where(ground >= 0.5, 1.0, grey)[:, None]
+        return pictures[:, :1] if self.shape.view == "ego" else pictures
+
+
+def log_density(outputs: Outputs, angle_rad: Tensor) -> Tensor:
+    """Return the log density per radian of an angle under each mixture, shape (N,)."""
+    log_i0 = torch.log(torch.special.i0e(outputs.kappa))
+    parts = outputs.kappa * (torch.cos(angle_rad[:, None] - outputs.mean_rad) - 1) - log_i0
+    uniform = torch.zeros_like(outputs.log_weight[:, -1:])
+    return torch.logsumexp(outputs.log_weight + torch.cat([parts, uniform], 1), 1) - math.log(
+        2 * math.pi
+    )

@@ -1,0 +1,95 @@
+"""`sloop frames`: train networks that tell which way buildings face, and let them tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sloop_ppl.cli.options import Json
+from sloop_ppl.cli.output import print_data, print_json, progress
+
+__all__ = ["app"]
+
+app = typer.Typer(help="Tell which way buildings face.", no_args_is_help=True)
+
+
+@app.callback()
+def _frames() -> None:
+    pass
+
+
+@app.command("train")
+def train(
+    maps: Annotated[
+        Path, typer.Option(help="Folder of .osm, .osm.pbf or .geojson files.", show_default=False)
+    ],
+    out: Annotated[
+        Path, typer.Option(help="The weights to write, .safetensors.", show_default=False)
+    ],
+    recipe: Annotated[str, typer.Option(help="ego-ctx, ctx, ego or paper.")] = "ego-ctx",
+    leave_out: Annotated[
+        str, typer.Option(help="Maps of the folder not to train on, separated by commas.")
+    ] = "",
+    epochs: Annotated[
+        int | None, typer.Option(min=1, help="At most so many passes.", show_default="recipe's")
+    ] = None,
+    patience: Annotated[
+        int | None,
+        typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
+    json: Json = False,
+) -> None:
+    """Train a network on buildings whose address tells the street they face."""
+    import numpy as np
+
+    from sloop_ppl.inference.frame_maps import maps_of_folder
+    from sloop_ppl.inference.frame_recipe import train_on_maps, training_command
+    from sloop_ppl.models.frames import save_weights
+    from sloop_ppl.outputs import check_output
+
+    check_output(out, (".safetensors",))
+    away = tuple(name for name in leave_out.split(",") if name)
+    trained, _ = train_on_maps(
+        maps_of_folder(maps, leave_out=away, progress=progress),
+        recipe,
+        epochs=epochs,
+        patience=patience,
+        command=training_command(recipe, leave_out, epochs, patience, seed),
+        rng=np.random.default_rng(seed),
+        progress=progress,
+    )
+    save_weights(trained, out)
+    told = {"out": str(out), **trained.about}
+    print_json(told) if json else print_data(*(f"{k}: {v}" for k, v in told.items()))
+
+
+@app.command("predict")
+def predict(
+    map_: Annotated[
+        str, typer.Argument(metavar="MAP", help="A bundled map's name or a .geojson file.")
+    ],
+    frames: Annotated[
+        str, typer.Option(help="A name of `sloop list frames`, or a .safetensors file.")
+    ] = "ego-ctx",
+    landmark: Annotated[
+        list[str] | None, typer.Option(help="Only this landmark; may be repeated.")
+    ] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw the fronts, .png .pdf .svg.")] = None,
+    json: Json = False,
+) -> None:
+    """Tell which way the buildings of a map face, as distributions."""
+    import sloop_ppl as sloop
+    from sloop_ppl.inference.frame_report import front_lines, front_report, fronts_of
+    from sloop_ppl.plots import check_figure_path, save_figure
+    from sloop_ppl.plots.fronts import plot_fronts
+
+    if figure:
+        check_figure_path(figure)
+    city = sloop.load_map(map_)
+    found = fronts_of(city, frames, landmark)
+    if figure:
+        save_figure(plot_fronts(city, found), figure)
+    print_json(front_report(city, frames, found)) if json else print_data(*front_lines(found))
