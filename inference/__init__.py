@@ -6,12 +6,15 @@ from sloop_ppl.inference.enumerate import enumerate_all, enumerated_joint
 from sloop_ppl.inference.exact import enumerated_log_factors, exact
 from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
 from sloop_ppl.inference.frames import FrameSummary
+from sloop_ppl.inference.hierarchical import sample_parameters
 from sloop_ppl.inference.importance import importance
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.inference.influence import Influence
 from sloop_ppl.inference.lapses import Lapse
+from sloop_ppl.inference.learning import Example, Fitted, fit
 from sloop_ppl.inference.log_evidence import LogEvidence, ModelScore, rank_models
 from sloop_ppl.inference.nuts import nuts
+from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.inference.regions import Place, hpd_places, probability_in
@@ -30,6 +33,8 @@ __all__ = [
     "Engine",
     "EngineComparison",
     "EngineRun",
+    "Example",
+    "Fitted",
     "FrameSummary",
     "InferenceInfo",
     "Influence",
@@ -37,6 +42,8 @@ __all__ = [
     "LogEvidence",
     "LogFactors",
     "ModelScore",
+    "ParameterDraws",
+    "ParameterSummary",
     "Place",
     "Posterior",
     "Said",
@@ -49,6 +56,7 @@ __all__ = [
     "exact",
     "expected_distance_m",
     "expected_m",
+    "fit",
     "hpd_cells",
     "hpd_places",
     "importance",
@@ -58,6 +66,7 @@ __all__ = [
     "nuts",
     "probability_in",
     "rank_models",
+    "sample_parameters",
     "svi",
     "write_geojson",
 ]

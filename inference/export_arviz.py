@@ -14,7 +14,7 @@ from sloop_ppl.inference.draws import draws_from, uniforms_for
 if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
 
-__all__ = ["to_arviz"]
+__all__ = ["import_arviz", "to_arviz"]
 
 
 def to_arviz(posterior: Posterior, n: int, rng: np.random.Generator | None) -> Any:
@@ -43,7 +43,7 @@ def to_arviz(posterior: Posterior, n: int, rng: np.random.Generator | None) -> A
     The draws are independent, so r-hat and effective sample sizes say nothing about them; entropy
     and HPD regions are exact in the Posterior itself.
     """
-    arviz = _arviz()
+    arviz = import_arviz()
     names = [part.name for part in posterior.model.components]
     drawn: dict[str, xarray.DataArray] = {}
     for target in posterior.targets:
@@ -70,7 +70,7 @@ def to_arviz(posterior: Posterior, n: int, rng: np.random.Generator | None) -> A
     )
 
 
-def _arviz() -> Any:
+def import_arviz() -> Any:
     """Import ArviZ without its notice about the coming version."""
     try:
         with warnings.catch_warnings():

@@ -102,6 +102,10 @@ class FreeParameters:
             )
         return self.names.index(name)
 
+    def scale(self, i: int) -> float:
+        """Return the prior standard deviation of the log, or log odds, of a parameter's value."""
+        return self._learnt[i][1].prior_scale
+
     def at(self, z: Sequence[Tensor] | Tensor) -> Preset:
         """Return the model at these numbers, its parameters tensors.
 

@@ -115,7 +115,7 @@ def _known(examples: Sequence[Example], model: Preset, speakers: Sequence[str]) 
                 )
             if grounded.get(target):
                 known.append(_Known(grounded[target], example.city, row * cols + col, speaker))
-    if examples and not known:
+    if not known:
         raise InputError("No example says anything of a target whose cell is known")
     return known
 

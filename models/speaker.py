@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sloop_ppl.models.frames import FrameDistribution, FramePart
+from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
@@ -54,11 +54,10 @@ class WordWeights:
         words : index of the word chosen at each cell, shape (S,).
         """
         at = torch.from_numpy(np.array(self.at)[words])
-        cells = torch.arange(len(words))
-        framed = at >= len(self.still)
-        plain = self.still[torch.where(framed, 0, at), cells]
-        turned = self.turned[torch.where(framed, at - len(self.still), 0), :, cells].T
-        return torch.where(framed, turned, plain) - self.log_total
+        plain = self.still.gather(0, at.clamp_max(len(self.still) - 1)[None])
+        framed = (at - len(self.still)).clamp_min(0).expand(1, *self.log_total.shape)
+        turned = self.turned.gather(0, framed)[0]
+        return torch.where(at < len(self.still), plain, turned) - self.log_total
 
 
 def word_options(term: RelationTerm) -> tuple[tuple[RelationTerm, ...], int]:
