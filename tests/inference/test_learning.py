@@ -209,7 +209,7 @@ def test_intervals_are_symmetric_in_the_numbers(examples):
     assert sum(ends["weights:careless"]) == pytest.approx(2 - sum(ends["weights:literal"]))
 
 
-TRUTH = ("contact_m", "near_m", "directed_m", "kappa_compass", "kappa_frame")
+TRUTH = ("contact_m", "near_m", "directed_m", "tail", "kappa_compass", "kappa_frame")
 
 
 def recovered(seed, count):
@@ -230,3 +230,31 @@ def recovered(seed, count):
         for section, values in truth.items()
         for name, value in values.items()
     }, found
+
+
+@pytest.mark.slow
+def test_the_truth_is_inside_its_intervals():
+    """Twenty fits to 800 simulated descriptions each, with Laplace's intervals of `fit`.
+
+    Intervals that are exactly right miss 1 time in 20, so that nine numbers are all inside in
+    18 of 20 in only half of all such sets; in the sixty replications of docs/models.md the worst
+    number was inside in 55. These twenty are the last of them.
+    """
+    told = [recovered(seed, 800) for seed in range(120, 140)]
+    for name in told[0][0]:
+        assert sum(inside[name] for inside, _ in told) >= 18, name
+    # The intervals say something: within a quarter of the truth where there is much to learn from.
+    for _, found in told:
+        low, high = found.intervals["likelihood"]["kappa_compass"]
+        assert high / low < 1.6
+        low, high = found.intervals["weights"]["literal"]
+        assert high - low < 0.15
+
+
+def test_a_fit_that_is_stopped_early_has_no_intervals(examples, model):
+    found = fit(examples[:6], model, learn=["lapse"], held_out=examples[6:])
+    assert found.intervals == {}
+    whole = fit(examples, model, learn=["lapse"], iterations=20)
+    low, high = whole.intervals["model"]["lapse"]
+    assert 0 < low < whole.parameters["model"]["lapse"] < high < 1
+    assert fit(examples, model, learn=["lapse"], intervals=False).intervals == {}

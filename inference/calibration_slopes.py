@@ -1,0 +1,115 @@
+"""Test a posterior in the direction of a parameter: truth should slope as it is believed to.
+
+Ranks of a cell hardly tell a width half as great again from the right one: far from every ground a
+width changes nothing. So targets are placed near a cluster of grounds and described at length, and
+what is compared is the quantity that a wrong width moves most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.inference.batch import infer_batch
+from sloop_ppl.inference.calibration_faults import Fault, sharper_frames, wider
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import PredictedSpread, Preset
+from sloop_ppl.models.simulate import simulate
+from sloop_ppl.models.templates import speakable_grounds
+from sloop_ppl.rng import child
+
+__all__ = ["cluster", "slopes"]
+
+Table = NDArray[np.float64]
+
+_STEP = 1.1
+_GROUNDS = 6
+_REACH_M = 15.0
+_TOGETHER = 2000
+_FLOOR = 1e-300
+
+
+def slopes(
+    city: CityMap, n: int, *, rng: np.random.Generator, model: Preset, fault: Fault
+) -> dict[str, Table]:
+    """Return how far the truth's slope is from what is believed of it, and the variance of that.
+
+    Parameters
+    ----------
+    city : the map.
+    n : number of descriptions, > 0.
+    rng : draws them.
+    model : what they are drawn from.
+    fault : what is wrong with inference.
+
+    Returns
+    -------
+    dict of numpy.ndarray
+        ``width`` and, for a model with spread frames, ``concentration``: residual and variance
+        of each description, shape (n, 2).
+
+    Notes
+    -----
+    The slope of a cell is how much its log belief grows when all widths (or the frames' kappa)
+    grow by a tenth, up to a constant of the description. Under a posterior that is right, the
+    slope at the true cell has the mean and the variance that the posterior gives it, so the
+    residuals sum to zero within the root of the summed variances. A slope depends on what was
+    said as well as on the cell, as the test quantities of Modrak et al. 2023 do; for small
+    errors of the parameter none based on the cell is more powerful, for the sum is the
+    derivative of the log belief at the true cells. Descriptions that tell nothing add nothing,
+    whereas their ranks would drown the others.
+    """
+    believed = fault.model(model)
+    changed = {"width": wider(believed, _STEP)}
+    if isinstance(believed.frame_prior, PredictedSpread):
+        changed["concentration"] = sharper_frames(believed, _STEP)
+    grounds = cluster(city, _GROUNDS)
+    away = np.min([city.fields(ground).distance_m for ground in grounds], axis=0)
+    prior = (away <= _REACH_M) * 1.0
+    found: dict[str, list[tuple[float, float]]] = {name: [] for name in changed}
+    for start in range(0, n, _TOGETHER):
+        names = [f"T{i}" for i in range(start, min(n, start + _TOGETHER))]
+        drawn = simulate(
+            city,
+            names,
+            child(rng, "slopes", start),
+            model=model,
+            phrases=len(grounds),
+            grounds=grounds,
+            prior=prior,
+        )
+        heard = replace(fault.hear(drawn.description), text="")
+
+        def infer(by: Preset, said: Description = heard) -> Mapping[str, Table]:
+            return infer_batch([said], city, by, prior=prior)[0]
+
+        beliefs = infer(believed)
+        for name, other in changed.items():
+            moved = infer(other)
+            for target in names:
+                cell = drawn.latents[target].cell
+                found[name].append(
+                    _residual(fault.see(beliefs[target]), fault.see(moved[target]), cell)
+                )
+    return {name: np.array(rows) for name, rows in found.items()}
+
+
+def _residual(belief: Table, moved: Table, cell: tuple[int, int]) -> tuple[float, float]:
+    """Return slope at the true cell less its expectation, and its variance."""
+    slope = np.log(np.maximum(moved, _FLOOR)) - np.log(np.maximum(belief, _FLOOR))
+    mean = float((belief * slope).sum())
+    return float(slope[cell]) - mean, float((belief * (slope - mean) ** 2).sum())
+
+
+def cluster(city: CityMap, count: int) -> tuple[str, ...]:
+    """Return the landmarks that may be spoken of which lie closest together, nearest first."""
+    names = speakable_grounds(city)
+    centres = [city.footprint(name).centroid for name in names]
+    apart = np.array([[one.distance(other) for other in centres] for one in centres])
+    near = np.sort(apart, axis=1)[:, : min(count, len(names))]
+    around = int(near[:, -1].argmin())
+    return tuple(names[i] for i in apart[around].argsort(kind="stable")[:count])
