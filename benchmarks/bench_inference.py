@@ -32,6 +32,7 @@ from sloop_ppl.inference import ENGINES, importance, infer_description
 from sloop_ppl.inference.batch import infer_batch
 from sloop_ppl.language import Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
+from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.models import ground_description, preset
 
 SAID = (("behind", "VelvetDog"), ("left", "Ivy"), ("front", "Rumor"))
@@ -55,10 +56,13 @@ def main() -> None:
     bench_one(city, given.rounds)
     bench_batch(city, max(3, given.rounds // 10))
     large = [sys.executable, __file__, "--large", "--rounds", "5"]
-    wall, cpu, mib = subprocess.run(
+    wall, cpu, mib, first = subprocess.run(
         large, capture_output=True, text=True, check=True
     ).stdout.split()
-    print(f"401 x 401: {wall} ms wall, {cpu} ms processor (150), {mib} MB (200)")
+    print(
+        f"401 x 401: {wall} ms wall, {cpu} ms processor (150), {mib} MB (200); {first} ms "
+        "processor for the first description of these grounds"
+    )
     bench_agreement(city)
 
 
@@ -165,7 +169,10 @@ def bench_batch(city: CityMap, rounds: int) -> None:
 
 
 def measure_large(rounds: int) -> tuple[str, ...]:
-    """Return wall and processor milliseconds and MB of one inference on 401 x 401 cells."""
+    """Return wall and processor milliseconds and MB of one inference on 401 x 401 cells.
+
+    The last number is the processor time when the map's distances and bearings are not there yet.
+    """
     city = sloop.load_map("cleveland", cell_m=0.5)
     said = description(city)
     small = sloop.load_map("cleveland")
@@ -176,7 +183,12 @@ def measure_large(rounds: int) -> tuple[str, ...]:
     Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew
     before = _peak_mib()
     wall, cpu = least(lambda: infer_description(said, city)[0].belief(CAR), rounds)
-    return f"{wall:.0f}", f"{cpu:.0f}", f"{_peak_mib() - before:.0f}"
+    mib = _peak_mib() - before
+    FIELDS.clear()
+    started = time.process_time()
+    infer_description(said, city)
+    first = 1e3 * (time.process_time() - started)
+    return f"{wall:.0f}", f"{cpu:.0f}", f"{mib:.0f}", f"{first:.0f}"
 
 
 def _peak_mib() -> float:

@@ -19,7 +19,7 @@ from sloop_ppl.models import OpenProgram, Preset, RelationTerm, open_program
 
 __all__ = ["enumerate_all", "enumerated_joint"]
 
-_FRAME_BINS = 720
+_FRAME_BINS = 1440
 
 
 def enumerate_all(
@@ -33,7 +33,7 @@ def enumerate_all(
 ) -> LogFactors:
     """Weigh component and cell of each target, summing out frames and lapses one by one.
 
-    The parity reference of the exact engine, for grids up to 41 x 41; frames lie on 720 angles.
+    The parity reference of the exact engine, for grids up to 41 x 41; frames lie on 1440 angles.
     Parameters are those of :func:`sloop_ppl.inference.exact`.
     """
     names = tuple(f"target{i}" for i in range(len(terms)))
