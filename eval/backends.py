@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from importlib import import_module
 from itertools import islice
 from typing import Any, Protocol, TypeVar
+from warnings import catch_warnings, simplefilter
 
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.registry import Registry
@@ -61,13 +62,18 @@ def _joblib(
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import BrokenProcessPool
 
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        pool = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
+        results = pool(delayed(work)(job) for job in jobs)
     try:
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            pool = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-            yield from pool(delayed(work)(job) for job in jobs)
+        for result in results:  # noqa: UP028 - they are closed below, not by the consumer
+            yield result
     except BrokenProcessPool as error:
         raise WorkersLost(f"A worker was killed ({type(error).__name__})") from error
     except BaseException:
+        with catch_warnings():
+            simplefilter("ignore", UserWarning)  # that jobs were cancelled, which was meant
+            results.close()
         get_reusable_executor().shutdown(wait=False, kill_workers=True)
         raise
 
