@@ -17,6 +17,7 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.presets import PRESETS, Preset, preset
+from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.registry import Registry
 
 __all__ = ["model_from_parts", "parts_of"]
@@ -82,6 +83,7 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
         likelihood=with_values(LIKELIHOODS[likelihood["name"]], likelihood["parameters"]),
         frame_prior=_frame_prior(frame_prior),
     )
+    made = with_parameters(made, {"frames": frame_prior["numbers"]})
     return preset(made, made.variant)
 
 
@@ -143,7 +145,7 @@ def _frame_prior(told: Mapping[str, Any]) -> FramePrior:
     entry: Any = FRAME_PRIORS[told["name"]]
     _check_names(f"number of frame prior {told['name']}", told["numbers"], tuple(_numbers(entry)))
     predictor = None if told["predictor"] is None else FRAME_PREDICTORS[told["predictor"]]
-    made: FramePrior = _changed(entry, told["numbers"], predictor)
+    made: FramePrior = _changed(entry, {}, predictor)
     return made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -108,11 +109,20 @@ def _frames(model: Preset, numbers: Mapping[str, Any]) -> Preset:
         if name not in known:
             raise UnknownName(f"parameter of {type(prior).__name__}", name, known)
         number = _number(name, value)
-        if number < 0 or (name in _SHARES and number > 1):
-            low_high = "from 0 to 1" if name in _SHARES else "of 0 or more"
-            raise InputError(f"Parameter '{name}' of frames is {number:g}; expected it {low_high}")
+        allowed, told = _range_of(name)
+        if not allowed(number):
+            raise InputError(f"Parameter '{name}' of frames is {number:g}; expected it {told}")
         changed[name] = number
     return replace(model, frame_prior=replace(prior, **changed))
+
+
+def _range_of(name: str) -> tuple[Callable[[float], bool], str]:
+    """Return what a number of a frame prior may be, as a test and in words."""
+    if name in _SHARES:
+        return lambda number: 0 <= number <= 1, "from 0 to 1"
+    if name.endswith("_rad"):
+        return math.isfinite, "finite"
+    return lambda number: number > 0, "more than 0"
 
 
 def _weights(model: Preset, numbers: Mapping[str, Any]) -> Preset:
@@ -132,6 +142,8 @@ def _weights(model: Preset, numbers: Mapping[str, Any]) -> Preset:
 def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"Parameter '{name}' is {value!r}; expected a number")
+    if math.isnan(value):
+        raise InputError(f"Parameter '{name}' is NaN; expected a number")
     return float(value)
 
 

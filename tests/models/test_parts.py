@@ -117,6 +117,8 @@ def test_a_likelihood_of_ones_own_goes_by_its_name(monkeypatch):
         (("likelihood",), {"name": "boxx"}, "Likelihood 'boxx' is unknown"),
         (("likelihood",), {"name": "box"}, "Parameter of BoxLikelihood 'near_m' is unknown"),
         (("frame_prior", "numbers"), {"kapa": 1.0}, "'kapa' is unknown.*did you mean 'kappa'"),
+        (("frame_prior", "numbers"), {"kappa": float("nan")}, "'kappa' is NaN"),
+        (("frame_prior", "numbers"), {"lapse": 1.5}, "'lapse' of frames is 1.5"),
         (("frame_prior",), {"predictor": "nearest"}, "Frame predictor 'nearest' is unknown"),
         (("components", 0), {"combine": "prod"}, "Combination 'prod' is unknown"),
         (("components", 0), {"size": 1}, "Part of a component 'size' is unknown"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 
 import pytest
@@ -197,6 +198,9 @@ def test_json_with_provenance_is_read_as_well(tmp_path):
         ({"model": {"joint_grounds": 1}}, "Switch 'joint_grounds' is 1; expected true or false"),
         ({"frames": {"sigma": 1}}, "Parameter of PredictedSpread 'sigma' is unknown; expected one"),
         ({"frames": {"lapse": 1.5}}, "Parameter 'lapse' of frames is 1.5; expected it from 0 to 1"),
+        ({"frames": {"kappa": 0}}, "Parameter 'kappa' of frames is 0; expected it more than 0"),
+        ({"frames": {"kappa": math.nan}}, "Parameter 'kappa' is NaN; expected a number"),
+        ({"model": {"temper": math.nan}}, "Parameter 'temper' is NaN; expected a number"),
         ({"weights": {"far": 1}}, "Component of model bayes 'far' is unknown; expected one of pro"),
         ({"weights": {"at": -1}}, "Component 'at' has weight -1.0; expected a positive number"),
     ],
@@ -230,3 +234,15 @@ def test_a_file_that_is_no_parameters(tmp_path, text, message):
 def test_a_users_model_has_no_variant(mine):
     with pytest.raises(InputError, match="has no variant 'paper'; leave --variant out"):
         model_of(f"{mine}:flat", "paper")
+
+
+def test_a_fixed_front_may_lie_anywhere():
+    from dataclasses import replace
+
+    from sloop_ppl.models import FRAME_PRIORS
+
+    model = replace(preset("bayes"), frame_prior=FRAME_PRIORS["fixed"])
+    turned = with_parameters(model, {"frames": {"front_rad": -1.5, "kappa": math.inf}})
+    assert turned.frame_prior.front_rad == -1.5
+    with pytest.raises(InputError, match="'front_rad' of frames is inf; expected it finite"):
+        with_parameters(model, {"frames": {"front_rad": math.inf}})
