@@ -193,12 +193,12 @@ def refused_in_the_end(capsys, *arguments):
 
 
 def test_what_is_believed_after_a_search_is_saved_and_gone_on_from(tmp_path, capsys):
-    path, begin = tmp_path / "p.nc", [*SEARCH[:-1], "40,40"]
-    first, _ = run(capsys, *begin, "--steps", "2", "--posterior-out", path, "--json",
-                   "--say", "1=it is near the hat factory")  # fmt: skip
+    path, said = tmp_path / "p.nc", ["--say", "1=it is near velvet dog", "--json", "--steps"]
+    begin = [*SEARCH[:-1], "40,40"]
+    first, _ = run(capsys, *begin, *said, 2, "--posterior-out", path)
     x, y, heading = json.loads(first)["poses"][-1]
-    on = [*begin[4:-1], f"{x},{y},{heading:g}", "--json"]
-    rest, _ = run(capsys, "search", "--posterior", path, *on)
-    whole, _ = run(capsys, *begin, "--json", "--say", "1=it is near the hat factory")
-    told = [json.loads(text)["actions"] for text in (first, rest, whole)]
-    assert told[0] + told[1] == told[2]
+    on = ["--start", f"{x},{y},{heading:g}", "--json", "--steps", 6]
+    rest, _ = run(capsys, "search", "--posterior", path, *begin[4:-2], *on)
+    whole, _ = run(capsys, *begin, *said, 8)
+    told = [json.loads(text)["poses"] for text in (first, rest, whole)]
+    assert told[0] + told[1][1:] == told[2]
