@@ -1,0 +1,53 @@
+"""Whether a frame was predicted as the speaker meant it, on a house and a street."""
+
+import pytest
+from scenes import house_and_street, relation, symmetric_grid
+
+from sloop_ppl.eval.descriptions import DescribedScene, Place
+from sloop_ppl.eval.facts import facts_of
+
+
+@pytest.fixture
+def block():
+    return house_and_street(symmetric_grid(21))  # the house faces the street, north of it
+
+
+def facts(block, x, y, *relations):
+    row, col = block.grid.cell_at(x, y)
+    scene = DescribedScene("s", "block", "c", "", {"RedCar": Place(x, y, (row, col))}, relations)
+    (told,) = facts_of(scene, block)
+    return told
+
+
+@pytest.mark.parametrize(
+    ("word", "place", "good"),
+    [
+        ("front", (10, 20), True),
+        ("front", (10, -5), False),
+        ("behind", (0, -20), True),
+        ("behind", (0, 20), False),
+        ("right", (20, -30), True),  # right is east, as on the map
+        ("left", (20, 0), False),
+    ],
+)
+def test_good_and_bad_by_hand(block, word, place, good):
+    told = facts(block, *place, relation(word, "House"))
+    assert told.good is good
+    assert told.relations[0].good is good
+
+
+def test_one_bad_relation_makes_a_bad_trial(block):
+    said = relation("front", "House"), relation("right", "House"), relation("near", "House")
+    told = facts(block, -20, 20, *said)
+    assert [r.good for r in told.relations] == [True, False, None]
+    assert told.good is False
+
+
+def test_without_frames_there_is_nothing_to_be_good(block):
+    assert facts(block, 5, 5, relation("near", "House")).good is None
+    assert facts(block, 5, 5, relation("front", "House", negated=True)).good is None
+
+
+def test_a_street_has_two_fronts(block):
+    for y in (20, 50):
+        assert facts(block, 0, y, relation("front", "MainSt")).good is True
