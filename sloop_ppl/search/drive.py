@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.search.compile import jit
-from sloop_ppl.search.ground import Ground, Worth, mass_in_view
+from sloop_ppl.search.ground import Ground, Worth, after_move, mass_in_view
 
 __all__ = ["Ways", "drive", "no_ways"]
 
@@ -62,7 +62,7 @@ def drive(
             if score > best * (1 + 1e-9):
                 goal, best = pose, score
         for move in range(3):
-            after = ground.nexts[move, pose]
+            after = after_move(ground, pose, move)
             if ways.steps[after] < 0:
                 ways.steps[after], ways.origin[after] = ways.steps[pose] + 1, 4 * pose + move
                 ways.queue[tail] = after

@@ -17,7 +17,7 @@ from sloop_ppl.search.pose_tables import next_poses
 from sloop_ppl.search.sensing import HEADINGS
 from sloop_ppl.search.space import SearchSpace
 
-__all__ = ["Ground", "Worth", "cost", "ground_of", "mass_in_view", "reach_of"]
+__all__ = ["Ground", "Worth", "after_move", "cost", "ground_of", "mass_in_view", "reach_of"]
 
 
 class Ground(NamedTuple):
@@ -25,22 +25,24 @@ class Ground(NamedTuple):
 
     Attributes
     ----------
-    nexts : pose after each move, shape (3, P).
+    ahead : pose after a step forward, shape (P,).
     home : index of each pose's cell in the bordered map, shape (P,).
     fans : offsets of the fan's cells in the bordered map by heading, shape (8, K).
     sizes : how many they are, shape (8,).
     hidden : True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
     collides : True where a step forward hits a no-fly building, shape (P,) or (0,).
     n_cols : columns of the map.
+    turn : eighths of a turn that a turn goes.
     """
 
-    nexts: NDArray[np.int32]
+    ahead: NDArray[np.int32]
     home: NDArray[np.int32]
     fans: NDArray[np.int32]
     sizes: NDArray[np.int32]
     hidden: NDArray[np.bool_]
     collides: NDArray[np.bool_]
     n_cols: int
+    turn: int
 
 
 class Worth(NamedTuple):
@@ -77,6 +79,14 @@ def mass_in_view(ground: Ground, worth: Worth, factor: NDArray[np.float64], pose
 
 
 @inlined
+def after_move(ground: Ground, pose: int, move: int) -> int:
+    """Return the pose after a move."""
+    if move == 0:
+        return int(ground.ahead[pose])
+    return pose - (pose & 7) + ((pose + (ground.turn if move == 1 else -ground.turn)) & 7)
+
+
+@inlined
 def cost(ground: Ground, worth: Worth, pose: int, move: int, left: float) -> float:
     """Return the expected reward of a move; it counts while something is left."""
     reward = worth.move
@@ -94,13 +104,16 @@ def ground_of(space: SearchSpace) -> Ground:
     """Return the map as arrays, with a border as wide as the sensor sees."""
     data, reach = search_data(space), reach_of(space)
     width = space.n_cols + 2 * reach
-    row, col = np.divmod(np.arange(space.n_cells * HEADINGS) // HEADINGS, space.n_cols)
+    row, col = np.divmod(
+        np.arange(space.n_cells * HEADINGS, dtype=np.int32) // HEADINGS, space.n_cols
+    )
     return Ground(
-        nexts=next_poses(space),
+        ahead=next_poses(space)[0].copy(),
         home=((row + reach) * width + col + reach).astype(np.int32),
         fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
         sizes=data.fan_sizes.astype(np.int32),
         hidden=data.hidden,
         collides=data.blocked,
         n_cols=space.n_cols,
+        turn=data.turn,
     )

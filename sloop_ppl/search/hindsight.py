@@ -47,11 +47,14 @@ def _bounds(shape: tuple[int, int], config: SearchConfig) -> NDArray[np.float32]
     space = SearchSpace(shape, ("target",), config)
     wide = 2 * space.n_rows - 1, 2 * space.n_cols - 1
     few = wide[0] * wide[1] * HEADINGS <= FLOOD_POSES
-    steps = STRETCH * (_counted(space, wide) if few else _estimated(space, wide))
-    weight = config.discount**steps
-    spent = (1 - weight) / (1 - config.discount) if config.discount < 1 else steps
-    worth = config.move_reward * spent + weight * config.right_find_reward
-    bounds = np.ascontiguousarray(worth.astype(np.float32))
+    counted = _counted(space, wide) if few else None
+    bounds = np.empty((HEADINGS, *wide), dtype=np.float32)
+    for heading in range(HEADINGS):  # one by one, for the sake of memory
+        least = _estimated(space, wide, heading) if counted is None else counted[heading]
+        steps = STRETCH * least
+        weight = config.discount**steps
+        spent = (1 - weight) / (1 - config.discount) if config.discount < 1 else steps
+        bounds[heading] = config.move_reward * spent + weight * config.right_find_reward
     bounds.flags.writeable = False
     return bounds
 
@@ -87,13 +90,13 @@ def _counted(space: SearchSpace, shape: tuple[int, int]) -> NDArray[np.float64]:
     return by_pose[::-1, ::-1].transpose(2, 0, 1)
 
 
-def _estimated(space: SearchSpace, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _estimated(space: SearchSpace, shape: tuple[int, int], heading: int) -> NDArray[np.float64]:
     """Return about how many moves it takes until an offset is in view: turn, then go."""
     config = space.config
     row, col = np.mgrid[: shape[0], : shape[1]]
     row, col = row - (space.n_rows - 1), col - (space.n_cols - 1)
     far = np.maximum(np.hypot(row, col) - config.sensor_range_cells, 0.0) / config.step_cells
-    heading = np.arange(HEADINGS)[:, None, None] * 2 * np.pi / HEADINGS
-    off = np.abs((np.arctan2(row, col) - heading + np.pi) % (2 * np.pi) - np.pi)
+    ahead = heading * 2 * np.pi / HEADINGS
+    off = np.abs((np.arctan2(row, col) - ahead + np.pi) % (2 * np.pi) - np.pi)
     steps: NDArray[np.float64] = far + np.round(np.degrees(off) / config.turn_deg)
     return steps

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.search.compile import inlined, jit
-from sloop_ppl.search.ground import Ground, Worth, cost
+from sloop_ppl.search.ground import Ground, Worth, after_move, cost
 from sloop_ppl.search.outlook import Outlook, block_worth, outlook_from
 from sloop_ppl.search.ranking import lift_last, sink_first
 from sloop_ppl.search.trail import PathTree, Trail, go_to, retreat
@@ -96,7 +96,7 @@ def _extend(
     if worth.hit >= 1.0 and node > 0 and turned > 0 and not paid:
         barred = 3 - turned
     for move in range(3):
-        after = ground.nexts[move, pose]
+        after = after_move(ground, pose, move)
         if move == barred or (worth.hit >= 1.0 and after == pose):
             continue
         gain, later = _glance(ground, worth, outlook, trail, after, n_blocks)

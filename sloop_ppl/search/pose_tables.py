@@ -42,7 +42,7 @@ def next_poses(space: SearchSpace) -> NDArray[np.int32]:
     turn = space.config.turn_deg // 45
     left = poses - heading + (heading + turn) % HEADINGS
     right = poses - heading + (heading - turn) % HEADINGS
-    return np.stack([forward, left, right]).astype(np.int32)
+    return np.stack([forward, left, right]).astype(np.int32, copy=False)
 
 
 def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:

@@ -186,8 +186,8 @@ def test_who_knows_where_the_target_is_earns_what_the_moves_leave():
     assert bounds[0][here[0], here[1] + 3] == 1000
     once = 0.95**STRETCH
     assert bounds[0][here[0], here[1] + 6] == pytest.approx(once * 1000 - 10 * (1 - once) / 0.05)
-    guessed = _estimated(space, (17, 21))
-    assert np.abs(guessed - counted).mean() < 1.5
+    guessed = [_estimated(space, (17, 21), heading) for heading in range(8)]
+    assert np.abs(np.array(guessed) - counted).mean() < 1.5
 
 
 @pytest.mark.parametrize("noise", [{"true_positive_rate": 0.7}, {"false_positive_rate": 0.05}])
