@@ -85,7 +85,8 @@ def infer_batch(
     found: list[NDArray[np.float64]] = []
     for start in range(0, len(rows), step):
         log_prior = torch.from_numpy(np.stack(priors[start : start + step]))
-        evidence = gather_evidence(rows[start : start + step], city, chosen)
+        with torch.no_grad():
+            evidence = gather_evidence(rows[start : start + step], city, chosen)
         # One setting: nothing is shared. Sum over components.
         log_p = torch.logsumexp(enumerated_log_factors(evidence, log_prior)[:, 0], 1) + log_prior
         found += list(torch.softmax(log_p, -1).numpy().reshape(-1, *city.grid.shape))

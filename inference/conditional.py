@@ -121,7 +121,8 @@ def given_fronts(
     truths: Sequence[tuple[float, float]] | None,
 ) -> tuple[Evidence, list[GivenFronts]]:
     """Return the evidence of a description and, per target, its factors given fronts."""
-    evidence = gather_evidence(terms, city, model, truths)
+    with torch.no_grad():  # the fronts may move; the model stands still
+        evidence = gather_evidence(terms, city, model, truths)
     return evidence, [GivenFronts(evidence, i, said, model) for i, said in enumerate(terms)]
 
 

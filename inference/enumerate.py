@@ -37,10 +37,11 @@ def enumerate_all(
     Parameters are those of :func:`sloop_ppl.inference.exact`.
     """
     names = tuple(f"target{i}" for i in range(len(terms)))
-    program = open_program(
-        names, list(terms), city, model, log_prior=torch.from_numpy(log_prior), truths=truths,
-        frame_bins=_FRAME_BINS,
-    )  # fmt: skip
+    with torch.no_grad():
+        program = open_program(
+            names, list(terms), city, model, log_prior=torch.from_numpy(log_prior), truths=truths,
+            frame_bins=_FRAME_BINS,
+        )  # fmt: skip
     tables = []
     for name in names:
         keep = ("shared", f"{name}/component", f"{name}/cell")

@@ -39,7 +39,8 @@ def exact(
     truths : true places, for models that need them.
     rng : ignored.
     """
-    evidence = gather_evidence(terms, city, model, truths)
+    with torch.no_grad():
+        evidence = gather_evidence(terms, city, model, truths)
     factors = enumerated_log_factors(evidence, torch.from_numpy(log_prior))
     return LogFactors(evidence.components, evidence.shared, factors.numpy())
 

@@ -54,6 +54,7 @@ class FrameSummary:
     p: float
 
 
+@torch.no_grad()
 def summarise_frame(
     term: RelationTerm,
     model: Preset,

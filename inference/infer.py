@@ -46,6 +46,10 @@ def infer_description(
     BeliefCollapse : when the prior excludes all that the description allows.
     """
     started = time.perf_counter()
+    if rng is not None and not isinstance(rng, np.random.Generator):
+        raise InputError(
+            f"rng is a {type(rng).__name__}; expected a generator: numpy.random.default_rng(seed)"
+        )
     chosen, run = intervene(preset(model), do), ENGINES[engine]
     targets = tuple(target.id for target in description.targets)
     if not targets:

@@ -88,7 +88,7 @@ def phrase_tables(posterior: Posterior, target: str) -> tuple[Table, ...]:
     for said in posterior._said(target):
         for index in range(len(said.description.about(target))):
             own = [term for term in said.terms if term.index == index]
-            log_p = sum(log_phrase(term, posterior.model).numpy() for term in own)
+            log_p = sum(log_phrase(term, posterior.model).detach().numpy() for term in own)
             table = np.exp(log_p - np.max(log_p))
             tables.append((table / table.sum()).reshape(posterior.city.grid.shape))
     return tuple(tables)

@@ -105,6 +105,7 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
     Raises
     ------
     UnknownName : when there is no such model or variant.
+    InputError : when it is neither a name nor a Preset, or has no such variant.
 
     Examples
     --------
@@ -115,6 +116,11 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
         if variant != name.variant and variant != "published":
             raise InputError(f"Model '{name.name}' is given as a Preset; leave the variant out")
         return _guarded(name)
+    if not isinstance(name, str):
+        raise InputError(
+            f"Model is a {type(name).__name__}; expected a name of sloop_ppl.models.PRESETS or a "
+            "Preset; a likelihood goes into one: replace(preset('bayes'), likelihood=...)"
+        )
     found = _guarded(PRESETS[name])
     if variant not in VARIANTS:
         raise UnknownName("variant", variant, VARIANTS)
