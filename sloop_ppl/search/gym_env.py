@@ -12,13 +12,13 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.search.belief import GridBelief, check_table
 from sloop_ppl.search.config import SearchConfig
-from sloop_ppl.search.loop import start_pose, true_cells
 from sloop_ppl.search.models import (
     SearchObservationModel,
     SearchRewardModel,
     SearchTransitionModel,
 )
 from sloop_ppl.search.obstacles import tall_cells
+from sloop_ppl.search.placing import start_pose, true_cells
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.tree import scalar_rng
 from sloop_ppl.search.values import SearchState

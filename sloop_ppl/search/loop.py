@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError, OutsideMap
-from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.maps import CityMap
 from sloop_ppl.rng import child
 from sloop_ppl.search._pomdp import Agent
 from sloop_ppl.search.belief import GridBelief, observation_likelihoods
 from sloop_ppl.search.config import SearchConfig
 from sloop_ppl.search.detection import Detector
-from sloop_ppl.search.episode import Episode, PlanInfo, Pose, SearchInterrupted, Step
+from sloop_ppl.search.episode import Episode, SearchInterrupted, Step
 from sloop_ppl.search.explain import expected_sightings
 from sloop_ppl.search.models import (
     SearchObservationModel,
@@ -28,12 +25,14 @@ from sloop_ppl.search.models import (
 )
 from sloop_ppl.search.names import check_planner
 from sloop_ppl.search.obstacles import tall_cells
+from sloop_ppl.search.placing import start_pose, true_cells
 from sloop_ppl.search.planners import SearchPlanner, make_planner
+from sloop_ppl.search.record import Record
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.tree import scalar_rng
 from sloop_ppl.search.values import SearchAction, SearchObservation, SearchState
 
-__all__ = ["Tables", "run_search", "start_pose", "true_cells"]
+__all__ = ["Tables", "run_search"]
 
 Tables = Mapping[str, NDArray[np.float64]]
 
@@ -105,7 +104,7 @@ def run_search(
     )
     chooser = make_planner(planner, space, rng=rng)
 
-    record = _Record(city.grid, space, keep_beliefs)
+    record = Record(city.grid, space, keep_beliefs)
     record.begin(agent.belief)
 
     def so_far() -> Episode:
@@ -166,143 +165,3 @@ def _learn(
         moved = (np.abs(a - b).sum() > 1e-9 for a, b in zip(new.flat, updated.flat, strict=True))
         if any(moved):
             chooser.forget()
-
-
-class _Record:
-    """Collects what happens, in metres."""
-
-    def __init__(self, grid: Grid, space: SearchSpace, keep_beliefs: bool) -> None:
-        self._grid, self._space, self._keep = grid, space, keep_beliefs
-        self.actions: list[str] = []
-        self._poses: list[Pose] = []
-        self._observations: list[Mapping[str, tuple[float, float] | None]] = []
-        self._rewards: list[float] = []
-        self._views: list[NDArray[np.bool_]] = []
-        self._infos: list[PlanInfo] = []
-        self._beliefs: list[Tables] = []
-        self._found = 0
-
-    def begin(self, belief: GridBelief) -> None:
-        """Record where the search begins."""
-        row, col, heading = self._space.decode(belief.robot.pose)
-        self._poses.append((*self._grid.centre_of(row, col), heading * 45.0))
-        self._views.append(self._space.view_mask(belief.robot.pose))
-        if self._keep:
-            self._beliefs.append(MappingProxyType(belief.tables))
-
-    def add(
-        self,
-        action: SearchAction,
-        observation: SearchObservation,
-        reward: float,
-        belief: GridBelief,
-        info: PlanInfo,
-    ) -> Step:
-        """Record one step and return it."""
-        self.begin(belief)
-        self.actions.append(action.name)
-        self._rewards.append(float(reward))
-        self._infos.append(info)
-        self._found = belief.robot.found
-        seen = zip(self._space.target_ids, observation.seen, strict=True)
-        self._observations.append(
-            MappingProxyType(
-                {
-                    name: None
-                    if cell < 0
-                    else self._grid.centre_of(*divmod(cell, self._space.n_cols))
-                    for name, cell in seen
-                }
-            )
-        )
-        return Step(
-            index=len(self.actions) - 1,
-            action=action.name,
-            pose=self._poses[-1],
-            observation=self._observations[-1],
-            reward=float(reward),
-            found_targets=self.found_targets(),
-            view=self._views[-1],
-            beliefs=MappingProxyType(belief.tables),
-            info=info,
-        )
-
-    def found_targets(self) -> tuple[str, ...]:
-        """Return the ids of the targets found so far."""
-        return tuple(t for i, t in enumerate(self._space.target_ids) if self._found >> i & 1)
-
-    def columns(self) -> dict[str, Any]:
-        """Return the fields of an `Episode` that were collected, up to the last whole step."""
-        n = len(self._observations)
-        return {
-            "poses": tuple(self._poses[: n + 1]),
-            "actions": tuple(self.actions[:n]),
-            "observations": tuple(self._observations),
-            "rewards": tuple(self._rewards[:n]),
-            "found_targets": self.found_targets(),
-            "views": np.array(self._views[: n + 1]),
-            "info": tuple(self._infos[:n]),
-            "beliefs": tuple(self._beliefs[: n + 1]),
-        }
-
-
-def true_cells(
-    ids: tuple[str, ...], places: Mapping[str, tuple[float, float]], grid: Grid
-) -> tuple[int, ...]:
-    """Return the flat index of each target's cell."""
-    if not ids:
-        raise InputError("No belief was given; expected one per target that is searched for")
-    for name in (*ids, *places):
-        if name not in places or name not in ids:
-            raise InputError(
-                f"'{name}' has {'no place' if name not in places else 'no belief'}; expected a "
-                f"place for each of: {', '.join(ids)}"
-            )
-    cells = []
-    for name in ids:
-        x, y = _numbers(f"The place of '{name}'", places[name], (2,))
-        try:
-            row, col = grid.cell_at(x, y)
-        except OutsideMap as error:
-            raise OutsideMap(f"Target '{name}': {error}") from None
-        cells.append(row * grid.n_cols + col)
-    return tuple(cells)
-
-
-def start_pose(
-    start: tuple[float, ...] | None, grid: Grid, space: SearchSpace, rng: np.random.Generator
-) -> int:
-    """Return the pose at which the robot begins."""
-    closed = space.no_fly
-    if start is None:
-        free = [cell for cell in range(space.n_cells) if cell not in closed]
-        return free[int(child(rng, "start").integers(len(free)))] * 8
-    x, y, *heading = _numbers("The start", start, (2, 3))
-    try:
-        row, col = grid.cell_at(x, y)
-    except OutsideMap as error:
-        raise OutsideMap(f"Start: {error}") from None
-    if row * space.n_cols + col in closed:
-        raise InputError(
-            f"Start ({x:g}, {y:g}) is inside a no-fly building; start elsewhere, or fly above "
-            f"{space.config.flight_height_m:g} m"
-        )
-    eighths = heading[0] / 45.0 if heading else 0.0
-    if eighths != round(eighths):
-        raise InputError(
-            f"The start's heading is {heading[0]:g}; expected a multiple of 45 degrees, "
-            "anticlockwise from east"
-        )
-    return space.encode(row, col, round(eighths) % 8)
-
-
-def _numbers(what: str, value: object, lengths: tuple[int, ...]) -> list[float]:
-    """Return a tuple of finite numbers, or say what is wrong with it."""
-    try:
-        numbers = [float(v) for v in value]  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) not in lengths or not all(math.isfinite(v) for v in numbers):
-        form = "x, y" if lengths == (2,) else "x, y or x, y, heading"
-        raise InputError(f"{what} is {value!r}; expected {form} as finite numbers")
-    return numbers
