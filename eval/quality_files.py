@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from sloop_ppl.bridge.requests import model_of
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.eval.crossval import refitted
 from sloop_ppl.eval.descriptions import read_descriptions
+from sloop_ppl.eval.fits import cross_validated
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.eval.quality_report import quality_figure, quality_tables
@@ -36,6 +36,7 @@ def score_quality(
     models: str | None = None,
     params: str | Path | None = None,
     cv: str | None = None,
+    fits: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
@@ -49,6 +50,8 @@ def score_quality(
     params : file of parameters; see `models_named`.
     cv : ``"city"`` to score each line with parameters refitted, on the gold relations, to the
         lines of the other maps; the paper's methods keep theirs. None for no refitting.
+    fits : file in which the refitted models are kept for the next command; see
+        :func:`sloop_ppl.eval.fits.cross_validated`.
     progress : told how it goes, a line at a time.
 
     Raises
@@ -60,13 +63,11 @@ def score_quality(
         raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
     scenes = read_descriptions(files, find)
-    used: dict[str, Preset | Mapping[str, Preset]] = dict(chosen)
-    for name in chosen if cv else ():
-        if name not in PAPER_METHODS:
-            used[name] = refitted(scenes, chosen[name], find, progress=progress)
+    fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
+    refits = cross_validated(scenes, fitted, find, kept=fits, progress=progress) if cv else {}
     return score_beliefs(
         scenes,
-        used,
+        {**chosen, **refits},
         find,
         relations="gold" if gold else "parsed",
         rng=np.random.default_rng(0),

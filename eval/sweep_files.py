@@ -14,10 +14,10 @@ import joblib
 import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval.backends import BACKENDS
-from sloop_ppl.eval.crossval import refitted
 from sloop_ppl.eval.descriptions import DescribedScene, read_sound_descriptions
 from sloop_ppl.eval.examples import write_examples
 from sloop_ppl.eval.facts import facts_of
+from sloop_ppl.eval.fits import cross_validated
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.manifest import file_digest, git_state, model_digest, packages
 from sloop_ppl.eval.parts import write_parquet
@@ -44,7 +44,8 @@ class SweepRequest:
     maps : folder of map files; None for the bundled maps.
     gold : True for the gold relations, False for what the parser reads.
     models : names, separated by commas; all registered ones when None.
-    params, cv : as in :func:`sloop_ppl.eval.quality_files.score_quality`.
+    params, cv, fits : as in :func:`sloop_ppl.eval.quality_files.score_quality`; the fits are kept
+        in the folder of the run when no file is given.
     ranges : ranges of the sensor in cells, separated by commas.
     starts : starts per target, > 0.
     searching : planner, simulations and the like.
@@ -62,6 +63,7 @@ class SweepRequest:
     models: str | None = None
     params: str | Path | None = None
     cv: str | None = None
+    fits: str | Path | None = None
     ranges: str = "3,4,5"
     starts: int = 1
     searching: Searching = Searching()  # noqa: RUF009 - frozen
@@ -115,9 +117,10 @@ def sweep_files(
         )
         sweep = Sweep(told, used, ranges, request.starts, request.searching)
         if len(folder.trials()) < sum(1 for _ in sweep.all_keys()):
-            for name in models if request.cv else ():
-                if name not in PAPER_METHODS:
-                    used[name] = refitted(scenes, models[name], find, progress=say)
+            if request.cv:
+                fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
+                kept = request.fits or folder.path / "fits.pkl"
+                used.update(cross_validated(scenes, fitted, find, kept=kept, progress=say))
             run_sweep(
                 sweep,
                 folder,

@@ -12,6 +12,13 @@ from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["app", "describe", "parse", "quality", "report", "search"]
 
+Fits = Annotated[
+    Path | None,
+    typer.Option(
+        help="File in which what --cv refits is kept for the next command.", show_default=False
+    ),
+]
+
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
 
@@ -89,6 +96,7 @@ def quality(
         str | None,
         typer.Option(help="city: refit parameters without the line's city.", show_default=False),
     ] = None,
+    fits: Fits = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
     ] = None,
@@ -101,7 +109,14 @@ def quality(
     if figure:
         check_figure_path(figure)
     found = score_quality(
-        files, maps=maps, gold=gold, models=models, params=params, cv=cv, progress=progress
+        files,
+        maps=maps,
+        gold=gold,
+        models=models,
+        params=params,
+        cv=cv,
+        fits=fits,
+        progress=progress,
     )
     if figure:
         draw_quality(found, figure)
@@ -142,6 +157,7 @@ def search(
         str | None,
         typer.Option(help="city: refit parameters without the line's city.", show_default=False),
     ] = None,
+    fits: Fits = None,
     primary: Annotated[
         str | None,
         typer.Option(help="The two models compared first; else bayes,sloop-m4."),
@@ -167,8 +183,8 @@ def search(
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(
-                files, out, maps, gold, models, params, cv, ranges, starts, searching, primary,
-                skip_bad, workers, backend, address,
+                files, out, maps, gold, models, params, cv, fits, ranges, starts, searching,
+                primary, skip_bad, workers, backend, address,
             ),
             tell=progress,
             progress=shown,

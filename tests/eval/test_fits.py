@@ -1,0 +1,50 @@
+"""Refitted models are kept, and made anew when anything they depend on changed."""
+
+from dataclasses import replace
+
+import pytest
+
+from sloop_ppl.eval import bundled_examples, fits
+from sloop_ppl.maps import load_map
+from sloop_ppl.models import preset
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    calls = []
+
+    def refitted(scenes, model, find_map, *, progress=None):
+        calls.append(model.name)
+        return {scene.map: replace(model, lapse=0.25) for scene in scenes}
+
+    monkeypatch.setattr(fits, "refitted", refitted)
+    monkeypatch.setattr(fits, "git_state", lambda: "abc")
+    return calls
+
+
+def test_what_is_kept_is_not_made_again(asked, tmp_path):
+    scenes, models = bundled_examples(), {"bayes": preset("bayes")}
+    kept, told = tmp_path / "fits.pkl", []
+
+    def ask(scenes=scenes, models=models):
+        return fits.cross_validated(scenes, models, load_map, kept=kept, progress=told.append)
+
+    first = ask()
+    assert first["bayes"]["austin"].lapse == 0.25
+    assert ask() == first
+    assert asked == ["bayes"]
+    assert told == [f"fits taken from {kept}"]
+    ask(models={"bayes": replace(preset("bayes"), temper=0.5)})
+    assert asked == ["bayes"] * 2
+    ask(scenes=scenes[1:])
+    assert asked == ["bayes"] * 3
+    kept.write_bytes(b"something else")
+    assert ask() == first
+    assert asked == ["bayes"] * 4
+
+
+def test_nothing_is_kept_unless_asked(asked, tmp_path):
+    models = {"bayes": preset("bayes")}
+    for _ in range(2):
+        fits.cross_validated(bundled_examples(), models, load_map)
+    assert asked == ["bayes"] * 2
