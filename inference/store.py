@@ -109,12 +109,13 @@ def save_posterior(posterior: Posterior, path: str | Path) -> None:
 
 def load_posterior(path: str | Path) -> Posterior:
     """Read a posterior from a ``.nc`` file."""
+    if not Path(path).is_file():
+        raise InputError(f"Posterior '{path}' cannot be read: no such file")
     try:
         with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
             data = opened.load()
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "no netCDF"
-        raise InputError(f"Posterior '{path}' cannot be read: {reason}") from error
+        raise InputError(f"Posterior '{path}' cannot be read: no netCDF") from error
     if data.attrs.get("title") != "sloop_ppl posterior":
         raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
     if data.attrs.get("format") != _FORMAT:

@@ -43,12 +43,13 @@ class FileCells:
         ------
         InputError : when it cannot be read, or has no such variable of these dims.
         """
+        if not Path(path).is_file():
+            raise InputError(f"Prior '{path}' cannot be read: no such file")
         try:
             with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
                 data = opened.load()
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or "no netCDF"
-            raise InputError(f"Prior '{path}' cannot be read: {reason}") from error
+            raise InputError(f"Prior '{path}' cannot be read: no netCDF") from error
         if "belief" not in data:
             raise InputError(
                 f"Prior '{path}' is not a posterior saved by sloop_ppl, nor has it a variable "

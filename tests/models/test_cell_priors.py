@@ -215,6 +215,14 @@ def test_a_file_of_another_map_or_other_cells_is_refused(tmp_path):
         log_priors(tmp_path / "own.nc", (TARGET,), CITY)
 
 
+def test_a_file_that_is_not_there_or_is_text_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: no such file"):
+        cell_prior(tmp_path / "absent.nc")
+    (tmp_path / "text.nc").write_text("x")
+    with pytest.raises(InputError, match="cannot be read: no netCDF"):
+        cell_prior(tmp_path / "text.nc")
+
+
 @pytest.mark.parametrize(
     ("variables", "message"),
     [
