@@ -13,7 +13,7 @@ from sloop_ppl.eval.sweep import Sweep
 from sloop_ppl.eval.trials import Trial, run_trial
 from sloop_ppl.search import write_episode
 
-__all__ = ["EXAMPLES", "example_trials", "write_examples"]
+__all__ = ["EXAMPLES", "example_trials", "has_examples", "write_examples"]
 
 EXAMPLES = ("best", "median", "worst")
 """Names of the example trials, by discounted reward."""
@@ -28,6 +28,11 @@ def example_trials(trials: Sequence[Trial]) -> dict[str, Trial]:
     """
     order = sorted(trials, key=lambda trial: (-trial.discounted_reward, trial.key))
     return dict(zip(EXAMPLES, (order[0], order[len(order) // 2], order[-1]), strict=True))
+
+
+def has_examples(folder: RunFolder) -> bool:
+    """Tell whether the example trials of a sweep are kept already."""
+    return all((folder.examples / f"{example}.json").is_file() for example in EXAMPLES)
 
 
 def write_examples(sweep: Sweep, folder: RunFolder) -> None:

@@ -102,7 +102,7 @@ def writing(
     """
     folder = check_output_folder(path)
     whole = {"format": FORMAT, "format_version": _VERSION, **manifest}
-    held = {entry.name for entry in folder.iterdir()} - {_LOCK}
+    held = {entry.name for entry in folder.iterdir() if not entry.name.startswith(".")}
     if held and _MANIFEST not in held and held - {_TARGETS, _PARTS}:
         raise OutputError(
             f"Output folder '{path}' holds {sorted(held)[0]} and no manifest of a sweep; expected "

@@ -15,7 +15,7 @@ import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval.backends import BACKENDS
 from sloop_ppl.eval.descriptions import DescribedScene, read_sound_descriptions
-from sloop_ppl.eval.examples import write_examples
+from sloop_ppl.eval.examples import has_examples, write_examples
 from sloop_ppl.eval.facts import facts_of
 from sloop_ppl.eval.fits import cross_validated
 from sloop_ppl.eval.inventory import map_finder
@@ -116,7 +116,7 @@ def sweep_files(
             for scene in scenes
         )
         sweep = Sweep(told, used, ranges, request.starts, request.searching)
-        if len(folder.trials()) < sum(1 for _ in sweep.all_keys()):
+        if len(folder.trials()) < folder.manifest["n_trials"] or not has_examples(folder):
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.pkl"

@@ -86,6 +86,18 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
     assert [p.name for p in (tmp_path / "run").iterdir()] == ["thesis.tex"]
 
 
+def test_a_kill_at_the_very_end_is_made_good(tmp_path):
+    folder = sweep_files(request(tmp_path, models="uniform", ranges="3"))
+    before = {path.name: path.read_bytes() for path in folder.examples.iterdir()}
+    assert sorted(before) == ["best.json", "median.json", "worst.json"]
+    (folder.examples / "worst.json").unlink()
+    folder.parquet.unlink()
+    (folder.path / ".torn.json").write_text("{")
+    sweep_files(request(tmp_path, models="uniform", ranges="3"))
+    assert before == {path.name: path.read_bytes() for path in folder.examples.iterdir()}
+    assert folder.parquet.is_file()
+
+
 def test_two_sweeps_do_not_write_one_folder(tmp_path):
     with (
         writing(tmp_path, {"seed": 0}, []),
