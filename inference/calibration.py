@@ -20,13 +20,13 @@ from scipy.special import erfc
 from scipy.stats import kstest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.calibration_faults import FAULTS, Fault
+from sloop_ppl.inference.calibration_faults import FAULTS, Fault, sharper_frames
 from sloop_ppl.inference.calibration_plots import plot_calibration
-from sloop_ppl.inference.calibration_slopes import slopes
+from sloop_ppl.inference.calibration_slopes import STEP, residual, width_slopes
 from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset
+from sloop_ppl.models import PredictedSpread, Preset, RelationTerm
 from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
 from sloop_ppl.rng import child
 
@@ -38,7 +38,7 @@ LEVEL = 0.01
 _TARGET = "RedBike"
 _FRONTS = 72
 _NEAR = 4
-"""Descriptions for slopes for each whose latents are ranked: they cost a hundredth."""
+"""Descriptions for the widths' slope for each whose latents are ranked: they cost a twentieth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +49,8 @@ class Calibration:
     ----------
     ranks : statistic -> ranks in [0, 1], shape (n,): the posterior probability below the truth,
         ties broken at random. They are uniform when the posterior is right.
-    slopes : parameter -> residual and variance of other simulations, shape (m, 2); the residuals
-        sum to zero, within the root of the summed variances, when the posterior is right.
+    slopes : parameter -> residual and variance, shape (m, 2); the residuals sum to zero, within
+        the root of the summed variances, when the posterior is right.
     """
 
     ranks: Mapping[str, Table]
@@ -96,8 +96,9 @@ def calibrate(
     model : what the descriptions are drawn from.
     fault : what is wrong with inference; nothing when None.
     phrases : phrases of each of these descriptions.
-    near : number of descriptions for slopes, of targets near a cluster of grounds, >= 0; four
-        times `n` when None. See :func:`sloop_ppl.inference.calibration_slopes.slopes`.
+    near : number of other descriptions for the slope in the widths, of targets near a cluster of
+        grounds, >= 0; four times `n` when None. See
+        :func:`sloop_ppl.inference.calibration_slopes.width_slopes`.
 
     Returns
     -------
@@ -105,7 +106,8 @@ def calibrate(
         Ranks: ``east``, ``north`` and ``density`` of the cell (how much of the belief is higher
         than at the true one), ``distance`` of the cell from the first ground, ``component``,
         ``frame`` (angle from the first ground's likeliest front before), its absolute value
-        ``spread``, and ``lapse`` of the first phrase. Slopes: ``width`` and ``concentration``.
+        ``spread``, and ``lapse`` of the first phrase. Slopes: ``width``, of the cell; and, where
+        frames are spread, ``concentration``, of the first ground's front in their kappa.
 
     Notes
     -----
@@ -116,14 +118,18 @@ def calibrate(
     wrong = fault or Fault()
     believed = wrong.model(model)
     rows: list[dict[str, float]] = []
+    turns: list[tuple[float, float]] = []
     for i in range(n):
         stream = child(rng, "calibration", i)
         drawn = simulate(city, [_TARGET], stream, model=model, phrases=phrases)
-        rows.append(_ranks(drawn, city, believed, wrong, stream))
-    ranks = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
-    count = _NEAR * n if near is None else near
-    steep = slopes(city, count, rng=rng, model=model, fault=wrong) if count else {}
-    return Calibration(ranks, steep)
+        ranks, turn = _ranks(drawn, city, believed, wrong, stream)
+        rows.append(ranks)
+        turns += [turn] if turn else []
+    steep = {"concentration": np.array(turns)} if turns else {}
+    if count := _NEAR * n if near is None else near:
+        steep["width"] = width_slopes(city, count, rng=rng, model=model, fault=wrong)
+    told = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
+    return Calibration(told, steep)
 
 
 def _ranks(
@@ -132,7 +138,8 @@ def _ranks(
     model: Preset,
     wrong: Fault,
     rng: np.random.Generator,
-) -> dict[str, float]:
+) -> tuple[dict[str, float], tuple[float, float] | None]:
+    """Return the ranks of one description's latents, and its slope in the frames' kappa."""
     posterior, _ = infer_description(wrong.hear(drawn.description), city, model)
     truth = drawn.latents[_TARGET]
     belief = wrong.see(posterior.belief(_TARGET))
@@ -148,7 +155,7 @@ def _ranks(
     off = _turned(angles - angles[likeliest])
     at = int(np.abs(_turned(angles - truth.fronts_rad[0])).argmin())
     lapse = posterior.lapses(_TARGET)[0].p
-    return {
+    ranks = {
         "east": _rank(belief.sum(0), np.arange(len(belief[0])), col, rng),
         "north": _rank(belief.sum(1), np.arange(len(belief)), row, rng),
         "density": _rank(belief.ravel(), -belief.ravel(), row * belief.shape[1] + col, rng),
@@ -163,6 +170,22 @@ def _ranks(
         "spread": _rank(mass, np.abs(off).round(9), at, rng),
         "lapse": _rank(np.array([1 - lapse, lapse]), np.arange(2), int(truth.lapses[0]), rng),
     }
+    return ranks, _turn(term, model, mass, at)
+
+
+def _turn(term: RelationTerm, model: Preset, mass: Table, at: int) -> tuple[float, float] | None:
+    """Return residual and variance of the front's slope; None where no kappa can change.
+
+    The slope is that of the front's prior: once the front is known, what was said of its ground
+    is as likely whatever the kappa.
+    """
+    if not isinstance(model.frame_prior, PredictedSpread):
+        return None
+    priors = []
+    for times in (1.0, STEP):
+        _, weights, home = front_prior(term, sharper_frames(model, times), _FRONTS)
+        priors.append(np.bincount(home, weights=weights, minlength=_FRONTS))
+    return residual(mass, mass * priors[1] / priors[0], at)
 
 
 def _rank(mass: Table, order: NDArray[Any], true: int, rng: np.random.Generator) -> float:
@@ -197,11 +220,14 @@ def power(
         raise InputError(f"share is {share}; expected more than 0 and at most 1")
     caught = 0
     for _ in range(repeats):
+        orders: dict[int, NDArray[np.intp]] = {}
         parts = []
         for tables in (found.ranks, found.slopes):
-            size = len(next(iter(tables.values()), ()))
-            drawn = rng.permutation(size)[: max(1, round(share * size))]
-            parts.append({name: table[drawn] for name, table in tables.items()})
+            part = {}
+            for name, table in tables.items():
+                order = orders.setdefault(len(table), rng.permutation(len(table)))
+                part[name] = table[order[: max(1, round(share * len(table)))]]
+            parts.append(part)
         caught += bool(Calibration(*parts).failed)
     return caught / repeats
 

@@ -1,4 +1,4 @@
-"""Test a posterior in the direction of a parameter: truth should slope as it is believed to.
+"""Test a posterior in the direction of its widths: truth should slope as it is believed to.
 
 Ranks of a cell hardly tell a width half as great again from the right one: far from every ground a
 width changes nothing. So targets are placed near a cluster of grounds and described at length, and
@@ -7,35 +7,33 @@ what is compared is the quantity that a wrong width moves most.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.inference.batch import infer_batch
-from sloop_ppl.inference.calibration_faults import Fault, sharper_frames, wider
-from sloop_ppl.language import Description
+from sloop_ppl.inference.calibration_faults import Fault, wider
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import PredictedSpread, Preset
+from sloop_ppl.models import Preset
 from sloop_ppl.models.simulate import simulate
 from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.rng import child
 
-__all__ = ["cluster", "slopes"]
+__all__ = ["STEP", "cluster", "residual", "width_slopes"]
 
 Table = NDArray[np.float64]
 
-_STEP = 1.1
+STEP = 1.1
 _GROUNDS = 6
 _REACH_M = 15.0
 _TOGETHER = 2000
 _FLOOR = 1e-300
 
 
-def slopes(
+def width_slopes(
     city: CityMap, n: int, *, rng: np.random.Generator, model: Preset, fault: Fault
-) -> dict[str, Table]:
+) -> Table:
     """Return how far the truth's slope is from what is believed of it, and the variance of that.
 
     Parameters
@@ -48,29 +46,25 @@ def slopes(
 
     Returns
     -------
-    dict of numpy.ndarray
-        ``width`` and, for a model with spread frames, ``concentration``: residual and variance
-        of each description, shape (n, 2).
+    numpy.ndarray
+        Residual and variance of each description, shape (n, 2).
 
     Notes
     -----
-    The slope of a cell is how much its log belief grows when all widths (or the frames' kappa)
-    grow by a tenth, up to a constant of the description. Under a posterior that is right, the
-    slope at the true cell has the mean and the variance that the posterior gives it, so the
-    residuals sum to zero within the root of the summed variances. A slope depends on what was
-    said as well as on the cell, as the test quantities of Modrak et al. 2023 do; for small
-    errors of the parameter none based on the cell is more powerful, for the sum is the
-    derivative of the log belief at the true cells. Descriptions that tell nothing add nothing,
-    whereas their ranks would drown the others.
+    The slope of a cell is how much its log belief grows when all widths grow by a tenth, up to a
+    constant of the description. Under a posterior that is right, the slope at the true cell has
+    the mean and the variance that the posterior gives it, so the residuals sum to zero within the
+    root of the summed variances. A slope depends on what was said as well as on the cell, as the
+    test quantities of Modrak et al. 2023 do; for small errors of the parameter none based on the
+    cell is more powerful, for the sum is the derivative of the log belief at the true cells.
+    Descriptions that tell nothing add nothing, whereas their ranks would drown the others.
     """
     believed = fault.model(model)
-    changed = {"width": wider(believed, _STEP)}
-    if isinstance(believed.frame_prior, PredictedSpread):
-        changed["concentration"] = sharper_frames(believed, _STEP)
+    moved = wider(believed, STEP)
     grounds = cluster(city, _GROUNDS)
     away = np.min([city.fields(ground).distance_m for ground in grounds], axis=0)
     prior = (away <= _REACH_M) * 1.0
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in changed}
+    found: list[tuple[float, float]] = []
     for start in range(0, n, _TOGETHER):
         names = [f"T{i}" for i in range(start, min(n, start + _TOGETHER))]
         drawn = simulate(
@@ -84,25 +78,25 @@ def slopes(
         )
         heard = replace(fault.hear(drawn.description), text="")
 
-        def infer(by: Preset, said: Description = heard) -> Mapping[str, Table]:
-            return infer_batch([said], city, by, prior=prior)[0]
-
-        beliefs = infer(believed)
-        for name, other in changed.items():
-            moved = infer(other)
-            for target in names:
-                cell = drawn.latents[target].cell
-                found[name].append(
-                    _residual(fault.see(beliefs[target]), fault.see(moved[target]), cell)
-                )
-    return {name: np.array(rows) for name, rows in found.items()}
+        before, after = (infer_batch([heard], city, by, prior=prior)[0] for by in (believed, moved))
+        for name in names:
+            belief, shifted = fault.see(before[name]), fault.see(after[name])
+            found.append(residual(belief, shifted, drawn.latents[name].cell))
+    return np.array(found)
 
 
-def _residual(belief: Table, moved: Table, cell: tuple[int, int]) -> tuple[float, float]:
-    """Return slope at the true cell less its expectation, and its variance."""
+def residual(belief: Table, moved: Table, true: int | tuple[int, ...]) -> tuple[float, float]:
+    """Return the slope at the truth less what is expected of it, and its variance.
+
+    Parameters
+    ----------
+    belief : probabilities, of any shape.
+    moved : what they become when a parameter grows; the same shape, up to a constant.
+    true : index of the truth.
+    """
     slope = np.log(np.maximum(moved, _FLOOR)) - np.log(np.maximum(belief, _FLOOR))
     mean = float((belief * slope).sum())
-    return float(slope[cell]) - mean, float((belief * (slope - mean) ** 2).sum())
+    return float(slope[true]) - mean, float((belief * (slope - mean) ** 2).sum())
 
 
 def cluster(city: CityMap, count: int) -> tuple[str, ...]:
