@@ -13,7 +13,7 @@ from sloop_ppl.search.pose_tables import next_poses
 from sloop_ppl.search.sensing import HEADINGS
 from sloop_ppl.search.space import SearchSpace
 
-__all__ = ["hindsight_bounds"]
+__all__ = ["hindsight_bounds", "known_worth"]
 
 STRETCH = 1.6
 """How much longer than the shortest way the way is taken to be: one who does not know strays.
@@ -51,12 +51,18 @@ def _bounds(shape: tuple[int, int], config: SearchConfig) -> NDArray[np.float32]
     bounds = np.empty((HEADINGS, *wide), dtype=np.float32)
     for heading in range(HEADINGS):  # one by one, for the sake of memory
         least = _estimated(space, wide, heading) if counted is None else counted[heading]
-        steps = STRETCH * least
-        weight = config.discount**steps
-        spent = (1 - weight) / (1 - config.discount) if config.discount < 1 else steps
-        bounds[heading] = config.move_reward * spent + weight * config.right_find_reward
+        bounds[heading] = known_worth(config, least)
     bounds.flags.writeable = False
     return bounds
+
+
+def known_worth(config: SearchConfig, least: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the discounted return of so many moves, stretched, and a find after them."""
+    steps = STRETCH * least
+    weight = config.discount**steps
+    spent = (1 - weight) / (1 - config.discount) if config.discount < 1 else steps
+    worth: NDArray[np.float64] = config.move_reward * spent + weight * config.right_find_reward
+    return worth
 
 
 def _counted(space: SearchSpace, shape: tuple[int, int]) -> NDArray[np.float64]:

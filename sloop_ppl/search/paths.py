@@ -66,10 +66,10 @@ def _glance(
         seen = worth.mass[cell] * trail.factor[cell] * worth.hit
         if seen > 0.0:
             gain += seen
-            later -= seen * block_worth(outlook, outlook.block[cell], row, col, heading)
+            later -= seen * block_worth(outlook, outlook.block[cell], pose, row, col)
     for i in range(n_blocks):
         block = trail.blocks[i]
-        later -= trail.lost[block] * block_worth(outlook, block, row, col, heading)
+        later -= trail.lost[block] * block_worth(outlook, block, pose, row, col)
     return gain, later
 
 

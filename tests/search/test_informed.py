@@ -5,7 +5,7 @@ import pytest
 from support.small_searches import agent_of, city_of, space_of
 
 from sloop_ppl.search import SearchConfig, SearchObservation, make_planner, run_search
-from sloop_ppl.search.hindsight import STRETCH, _counted, _estimated, hindsight_bounds
+from sloop_ppl.search.hindsight import STRETCH, _counted, _estimated, hindsight_bounds, known_worth
 from sloop_ppl.search.informed import InformedPlanner
 from sloop_ppl.search.outlook import believe, outlook_from, outlook_of
 from sloop_ppl.search.pose_tables import next_poses, reach_from, visible_mass
@@ -115,9 +115,11 @@ def test_the_best_of_all_paths_is_found(settings):
     walls = rng.random((9, 11)) < 0.15
     plain = space_of((9, 11), sims=2000, depth=5, **settings)
     space = type(plain)((9, 11), ("A",), plain.config, walls)
-    bounds = hindsight_bounds(space)
+    bounds, detours = hindsight_bounds(space), outlook_of(space).detours
 
     def promised(pose, table):
+        if len(detours):
+            return float(table @ detours[pose])
         row, col, heading = space.decode(pose)
         rows, cols = np.divmod(np.arange(99), 11)
         return float(table @ bounds[heading, rows - row + 8, cols - col + 10])
@@ -132,6 +134,43 @@ def test_the_best_of_all_paths_is_found(settings):
         assert len(info.notes["path"]) == 5
         assert (planner._trail.factor == 1).all()
         assert (planner._trail.lost == 0).all()
+
+
+def test_ways_round_walls_are_counted():
+    walls = np.random.default_rng(3).random((9, 11)) < 0.2
+    plain = space_of((9, 11), no_fly=True, occlusion=True)
+    space = type(plain)((9, 11), ("A",), plain.config, walls)
+    detours, nexts = outlook_of(space).detours, next_poses(space)
+    assert detours.shape == (99 * 8, 99)
+    views = [space.view(pose) for pose in range(99 * 8)]
+    for pose in range(5, 99 * 8, 97):
+        steps = reach_from(pose, nexts).steps.astype(float)
+        steps[steps < 0], steps[pose] = 99 * 8, 0
+        for cell in range(0, 99, 7):
+            least = min((steps[p] for p, view in enumerate(views) if cell in view), default=99 * 8)
+            wanted = known_worth(space.config, np.array(least))
+            assert detours[pose, cell] == pytest.approx(float(wanted), rel=1e-5)
+
+
+def test_a_wall_is_gone_round():
+    """As the crow flies the target is near; the way round the wall is longer than a path."""
+    walls = np.zeros((15, 61), dtype=bool)
+    walls[7, 1:] = True
+    belief = np.full((15, 61), 1e-9)
+    belief[11, 57] = 1.0
+    plain = space_of((15, 61), no_fly=True, occlusion=True, depth=15, sims=300)
+    space = type(plain)((15, 61), ("A",), plain.config, walls)
+    agent = agent_of(space, {"A": belief}, space.encode(3, 57, 2), looked=True)
+    planner, nothing = InformedPlanner(space), SearchObservation((-1,), 0)
+    for _ in range(70):
+        action, _ = planner.plan(agent)
+        robot = agent.belief.robot.moved(action.index)
+        if 11 * 61 + 57 in robot.view:
+            break
+        agent.set_belief(agent.belief.updated(action, nothing, robot))
+        agent.update_history(action, nothing)
+        planner.update(agent, action, nothing)
+    assert 11 * 61 + 57 in robot.view
 
 
 def test_what_is_promised_is_mended_as_if_it_were_taken_anew():
