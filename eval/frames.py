@@ -89,21 +89,30 @@ class FrameEvaluation:
         return tuple(dict.fromkeys(named))
 
     def select(
-        self, predictor: str, label: str = "address", fold: str | None = None, **only: bool
+        self,
+        predictor: str,
+        label: str = "address",
+        fold: str | None = None,
+        disputed: bool | None = None,
     ) -> list[FrontScore]:
-        """Return the scores of a predictor; ``disputed=True`` or ``False`` for a part of them."""
+        """Return the scores of a predictor, or of those of a label, a fold, or disputed or not."""
         return [
             s.score
             for s in self.scores
             if s.predictor == predictor
             and s.label == label
             and fold in (None, s.fold)
-            and only.get("disputed", s.disputed) == s.disputed
+            and disputed in (None, s.disputed)
         ]
 
-    def mean_of_folds(self, predictor: str, **only: bool) -> dict[str, float] | None:
+    def mean_of_folds(
+        self, predictor: str, disputed: bool | None = None
+    ) -> dict[str, float] | None:
         """Return the means over folds of a predictor's averages, and how many buildings in all."""
-        found = [FrontScores.of(self.select(predictor, fold=fold, **only)) for fold in self.folds]
+        found = [
+            FrontScores.of(self.select(predictor, fold=fold, disputed=disputed))
+            for fold in self.folds
+        ]
         each = [scores for scores in found if scores is not None]
         if not each:
             return None

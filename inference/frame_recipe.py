@@ -81,8 +81,11 @@ def train_on_maps(
 
 def with_limits(recipe: Recipe, epochs: int | None, patience: int | None) -> Recipe:
     """Return a recipe with other limits, where they are given."""
-    limits = {"epochs": epochs, "patience": patience}
-    return replace(recipe, **{name: n for name, n in limits.items() if n is not None})
+    return replace(
+        recipe,
+        epochs=recipe.epochs if epochs is None else epochs,
+        patience=recipe.patience if patience is None else patience,
+    )
 
 
 def training_command(

@@ -115,7 +115,7 @@ def tune_frames(
         "mean_log_score_before": before,
         "mean_log_score_after": after,
     }
-    return Fitted(model.name, {"frames": numbers}, provenance)
+    return Fitted(model.name, {"frames": numbers}, provenance=provenance)
 
 
 def _share(log_odds: float) -> float:

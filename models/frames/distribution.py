@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,7 @@ class FrameDistribution:
     lapse: float = 0.0
 
     def __post_init__(self) -> None:
-        total = sum(part.weight for part in self.parts) + self.lapse
+        total = float(sum(_number(part.weight) for part in self.parts) + _number(self.lapse))
         if not math.isclose(total, 1.0, abs_tol=1e-9):
             raise InputError(f"Weights of a frame distribution sum to {total:g}; expected 1")
 
@@ -120,7 +121,8 @@ class FrameDistribution:
         fine = count * max(1, -(-1440 // count))
         angles, mass = self.bins(fine)
         which = np.floor(np.asarray(angles) / (2 * math.pi) * count + 0.5 + 1e-9).astype(int)
-        arcs: NDArray[np.float64] = np.bincount(which % count, weights=mass, minlength=count)
+        arcs = np.zeros(count)
+        np.add.at(arcs, which % count, mass)
         return arcs
 
     def modes(self) -> tuple[float, ...]:
@@ -134,9 +136,7 @@ class FrameDistribution:
             return tuple(p.mean_rad for p in points if math.isclose(p.weight, most))
         if not any(part.kappa > 0 and part.weight > 0 for part in self.parts):
             return ()
-        angles = np.linspace(-math.pi, math.pi, 720, endpoint=False)
-        starts = np.concatenate([angles, [part.mean_rad for part in self.parts]])
-        peaks = [_climbed(self, start, 2 * math.pi / 720) for start in _tops(self, starts)]
+        peaks = [_climbed(self, start, 2 * math.pi / 720) for start in _tops(self)]
         most = max(height for _, height in peaks)
         found: list[float] = []
         for peak, height in sorted(peaks, key=lambda peak: -peak[1]):
@@ -157,11 +157,19 @@ def _between(one: float, other: float) -> float:
     return math.remainder(one - other, 2 * math.pi)
 
 
-def _tops(frame: FrameDistribution, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return those of some angles where the density is nearly the greatest."""
+def _number(share: Any) -> Any:
+    """Return a share that may be a tensor, while it is learnt, without its gradient."""
+    return share.detach() if hasattr(share, "detach") else share
+
+
+def _tops(frame: FrameDistribution) -> list[float]:
+    """Return angles next to which the density may be the greatest."""
+    angles = np.linspace(-math.pi, math.pi, 720, endpoint=False)
     height = frame.density(angles)
-    tops: NDArray[np.float64] = angles[height >= 0.98 * height.max()]
-    return tops
+    peaks = angles[(height >= np.roll(height, 1)) & (height > np.roll(height, -1))]
+    starts = np.array([*peaks, *(part.mean_rad for part in frame.parts)])
+    height = frame.density(starts)
+    return [float(start) for start in starts[height >= 0.98 * height.max()]]
 
 
 def _climbed(frame: FrameDistribution, start: float, reach: float) -> tuple[float, float]:

@@ -96,5 +96,5 @@ def load_weights(path: str | Path) -> TrainedFrames:
 
 
 def _shape(told: dict[str, Any]) -> NetworkShape:
-    lists = {k: tuple(v) if isinstance(v, list) else v for k, v in told.items()}
+    lists: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in told.items()}
     return NetworkShape(**lists)

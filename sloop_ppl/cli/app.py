@@ -10,7 +10,17 @@ import typer
 from typer.exceptions import TyperException
 
 from sloop_ppl import __version__
-from sloop_ppl.cli import belief, catalogue, demo, evaluation, frames, language, maps, search
+from sloop_ppl.cli import (
+    belief,
+    catalogue,
+    demo,
+    evaluation,
+    evaluation_frames,
+    frames,
+    language,
+    maps,
+    search,
+)
 from sloop_ppl.errors import SloopError
 
 __all__ = ["app", "main"]
@@ -47,6 +57,7 @@ app.command("infer")(belief.infer)
 app.command("search")(search.search)
 app.add_typer(maps.app, name="map")
 app.add_typer(frames.app, name="frames")
+evaluation.app.command("frames")(evaluation_frames.frames)
 app.add_typer(evaluation.app, name="eval")
 app.command("list")(catalogue.list_names)
 app.command("demo")(demo.demo)

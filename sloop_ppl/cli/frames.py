@@ -39,18 +39,28 @@ def train(
         int | None,
         typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
     ] = None,
+    descriptions: Annotated[
+        list[Path] | None,
+        typer.Option(help="Description file, .jsonl, for the second stage; may be repeated."),
+    ] = None,
+    tuned: Annotated[
+        Path | None,
+        typer.Option(help="Where the second stage writes its parameters, .json, for --params."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
     json: Json = False,
 ) -> None:
     """Train a network on buildings whose address tells the street they face."""
     import numpy as np
 
+    from sloop_ppl.eval.frame_descriptions import second_stage
     from sloop_ppl.inference.frame_maps import maps_of_folder
     from sloop_ppl.inference.frame_recipe import train_on_maps, training_command
     from sloop_ppl.models.frames import save_weights
     from sloop_ppl.outputs import check_output
 
     check_output(out, (".safetensors",))
+    stage = second_stage(descriptions or (), tuned)
     away = tuple(name for name in leave_out.split(",") if name)
     trained, _ = train_on_maps(
         maps_of_folder(maps, leave_out=away, progress=progress),
@@ -63,6 +73,8 @@ def train(
     )
     save_weights(trained, out)
     told = {"out": str(out), **trained.about}
+    if stage is not None:
+        told["tuned"] = stage(out, progress)
     print_json(told) if json else print_data(*(f"{k}: {v}" for k, v in told.items()))
 
 

@@ -4,6 +4,8 @@ from sloop_ppl.plots.animation import animate_search
 from sloop_ppl.plots.bars import plot_components, plot_influence
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
 from sloop_ppl.plots.city import plot_map
+from sloop_ppl.plots.context import plot_context
+from sloop_ppl.plots.deviations import draw_deviations, plot_deviations
 from sloop_ppl.plots.formats import (
     animation_formats,
     check_figure_path,
@@ -11,6 +13,7 @@ from sloop_ppl.plots.formats import (
     save_figure,
 )
 from sloop_ppl.plots.frame import frame_bins, plot_frame
+from sloop_ppl.plots.fronts import plot_fronts
 from sloop_ppl.plots.parts import plot_change, plot_relations
 from sloop_ppl.plots.search import plot_search
 from sloop_ppl.plots.sheet import Front, SheetParts, plot_sheet, plot_sheets
@@ -21,13 +24,17 @@ __all__ = [
     "animate_search",
     "animation_formats",
     "check_figure_path",
+    "draw_deviations",
     "figure_formats",
     "frame_bins",
     "plot_belief",
     "plot_beliefs",
     "plot_change",
     "plot_components",
+    "plot_context",
+    "plot_deviations",
     "plot_frame",
+    "plot_fronts",
     "plot_influence",
     "plot_map",
     "plot_relations",

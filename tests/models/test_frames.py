@@ -153,3 +153,17 @@ def test_a_point_falls_into_the_bin_round_it():
 def test_the_density_integrates_to_one():
     angles = np.linspace(-math.pi, math.pi, 4000, endpoint=False)
     assert TWO_HILLS.density(angles).mean() * 2 * math.pi == pytest.approx(1)
+
+
+def test_modes_are_where_a_fine_search_finds_the_greatest_density():
+    rng = np.random.default_rng(0)
+    fine = np.linspace(-math.pi, math.pi, 72_000, endpoint=False)
+    for _ in range(10):
+        shares = rng.dirichlet(np.ones(6))
+        parts = tuple(
+            FramePart(float(rng.uniform(-3.1, 3.1)), float(10 ** rng.uniform(-0.5, 3)), float(w))
+            for w in shares[:5]
+        )
+        frame = FrameDistribution(parts, lapse=float(1 - shares[:5].sum()))
+        found = fine[frame.density(fine).argmax()]
+        assert math.remainder(frame.modes()[0] - found, 2 * math.pi) == pytest.approx(0, abs=1e-3)
