@@ -36,7 +36,8 @@ class SetSummary:
         not; see :class:`sloop_ppl.eval.facts.TargetFacts`.
     relations : relation -> how often the gold says it.
     relations_per_target : number of relations -> number of targets.
-    descriptions_per_configuration : number of descriptions -> number of configurations.
+    descriptions_per_configuration, targets_per_configuration : number of descriptions, and of
+        different targets -> number of configurations.
     maps : map -> number of descriptions.
     """
 
@@ -53,6 +54,7 @@ class SetSummary:
     relations: Mapping[str, int]
     relations_per_target: Mapping[str, int]
     descriptions_per_configuration: Mapping[str, int]
+    targets_per_configuration: Mapping[str, int]
     maps: Mapping[str, int]
 
     def to_json(self) -> dict[str, Any]:
@@ -101,6 +103,9 @@ def describe_set(
         whole += set(scene.targets) <= found if scene.targets else bool(found)
     told = Counter(plain_word(r.relation) for scene in scenes for r in scene.relations)
     sizes = Counter((scene.map, scene.configuration) for scene in scenes)
+    objects: dict[tuple[str, str], set[str]] = {}
+    for scene in scenes:
+        objects.setdefault((scene.map, scene.configuration), set()).update(scene.targets)
     return SetSummary(
         descriptions=len(scenes),
         targets=len(facts),
@@ -115,6 +120,7 @@ def describe_set(
         relations={word: told[word] for word in sorted(told, key=lambda w: (-told[w], w))},
         relations_per_target=_histogram(len(one.relations) for one in facts),
         descriptions_per_configuration=_histogram(sizes.values()),
+        targets_per_configuration=_histogram(map(len, objects.values())),
         maps=dict(Counter(scene.map for scene in scenes)),
     )
 
@@ -162,6 +168,12 @@ def summary_tables(summary: SetSummary) -> list[Table]:
             "Descriptions of one configuration",
             ("descriptions", "configurations"),
             tuple(summary.descriptions_per_configuration.items()),
+        ),
+        Table(
+            "set-targets",
+            "Targets of one configuration",
+            ("targets", "configurations"),
+            tuple(summary.targets_per_configuration.items()),
         ),
     ]
 

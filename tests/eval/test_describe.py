@@ -26,6 +26,7 @@ def test_a_set_is_counted(capsys, tmp_path):
     assert told["relations"] == {"near": 2, "behind": 1, "east": 1}
     assert told["relations_per_target"] == {"0": 1, "1": 2, "2": 1}
     assert told["descriptions_per_configuration"] == {"1": 1, "2": 1}
+    assert told["targets_per_configuration"] == {"1": 1, "2": 1}
     with pytest.raises(SystemExit):
         main(["eval", "describe", str(file)])
     out = capsys.readouterr().out
