@@ -22,8 +22,9 @@ _MODEL = (
     share_parameter("lapse", 0.1, "probability that a phrase is wrong"),
     share_parameter("temper", 0.5, "how far a component of several phrases is tempered"),
 )
-_KAPPA = Parameter(
-    "kappa", "1", 0.0, math.inf, 4.0, 0.7, "concentration around the likeliest front"
+_FRAMES = (
+    Parameter("kappa", "1", 0.0, math.inf, 4.0, 0.7, "concentration around the predicted front"),
+    share_parameter("absolute", 0.8, "probability that left and right are those of the map"),
 )
 
 
@@ -62,8 +63,10 @@ class FreeParameters:
         declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
         declared |= {p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.speaks}
         prior: Any = model.frame_prior
-        if is_dataclass(prior) and hasattr(prior, "kappa"):
-            declared["kappa"] = ("frames", _KAPPA)
+        if is_dataclass(prior):
+            # A speaker's left and right are those of the ground, as every other word.
+            heard = _FRAMES[:1] if self.speaks else _FRAMES
+            declared |= {p.name: ("frames", p) for p in heard if hasattr(prior, p.name)}
         known = [*declared, *(["weights"] if len(model.components) > 1 else [])]
         chosen = known if learn is None else list(dict.fromkeys(learn))
         for name in chosen:

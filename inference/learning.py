@@ -38,7 +38,8 @@ class Fitted:
     parameters : section -> name -> value, as ``with_parameters`` takes them.
     intervals : section -> name -> ends of a 95 % interval by Laplace's approximation; empty when
         none were asked for, or held-out examples stopped the fit short of the maximum.
-    provenance : numbers of examples and targets, scores before and after, iterations.
+    provenance : numbers of examples and targets, scores before and after, iterations; how far
+        each number ``moved`` from the middle of its prior, in standard deviations of the prior.
     """
 
     model: str
@@ -50,6 +51,15 @@ class Fitted:
         """Return a model with these parameters."""
         return with_parameters(model, self.parameters)
 
+    def to_json(self) -> dict[str, Any]:
+        """Return what `save` writes."""
+        return {
+            "model": self.model,
+            "parameters": self.parameters,
+            "intervals": self.intervals,
+            "provenance": self.provenance,
+        }
+
     def save(self, path: str | Path) -> None:
         """Write them as JSON, which ``--params`` and ``load_parameters`` read.
 
@@ -58,14 +68,9 @@ class Fitted:
         OutputError : when the file cannot be written, or does not end in .json.
         """
         check_output(path, (".json",))
-        told = {
-            "model": self.model,
-            "parameters": self.parameters,
-            "intervals": self.intervals,
-            "provenance": self.provenance,
-        }
         with written_whole(path) as temporary:
-            temporary.write_text(json.dumps(told, indent=2, allow_nan=False) + "\n", "utf-8")
+            told = json.dumps(self.to_json(), indent=2, allow_nan=False)
+            temporary.write_text(told + "\n", "utf-8")
 
 
 def fit(
@@ -85,7 +90,8 @@ def fit(
     examples : what is learnt from.
     model : the model whose parameters are learnt, from where they stand.
     learn : names of what is learnt: parameters that the likelihood declares, ``lapse``,
-        ``temper``, ``kappa`` (of the frames) and ``weights``; all that the model has when None.
+        ``temper``, ``kappa`` and ``absolute`` (of the frames) and ``weights``; all that the model
+        has when None.
     held_out : examples that tell when to stop: after three rounds of five iterations without a
         better score the best parameters so far are returned; without any, no early stop.
     iterations : at most this many of L-BFGS, > 0.
@@ -125,6 +131,9 @@ def fit(
         "targets": known.size,
         "held_out": len(held_out),
         **told,
+        "moved": {
+            name: float(away) for name, away in zip(free.names, z - free.centre, strict=True)
+        },
     }
     values = {name: float(value) for name, value in free.values(z).items()}
     return Fitted(model.name, free.by_section(values), free.by_section(ends), provenance)

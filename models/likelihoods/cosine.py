@@ -81,7 +81,7 @@ def expected_cosine(
     8e4, and summed by Clenshaw's recurrence. The floor is applied to points exactly, to spread
     parts after the expectation.
     """
-    total = torch.full_like(bearing_rad, frame.lapse * (1 if clipped else 2) / math.pi)
+    total = torch.zeros_like(bearing_rad) + frame.lapse * (1 if clipped else 2) / math.pi
     for part in frame.parts:
         cosine = torch.cos(bearing_rad - (part.mean_rad + offset_rad))
         if math.isinf(float(torch.as_tensor(part.kappa).detach())):

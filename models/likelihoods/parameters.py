@@ -85,8 +85,8 @@ class Parameter:
 
 
 def width_parameter(name: str, median_m: float, meaning: str) -> Parameter:
-    """Return a width in metres: any positive number, within a factor of two or so."""
-    return Parameter(name, "m", 0.0, math.inf, median_m, 0.7, meaning)
+    """Return a width in metres: any positive number, likely within a factor of 1.4."""
+    return Parameter(name, "m", 0.0, math.inf, median_m, 0.35, meaning)
 
 
 def share_parameter(name: str, median: float, meaning: str) -> Parameter:

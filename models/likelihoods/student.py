@@ -50,9 +50,9 @@ class StudentVonMisesLikelihood:
         width_parameter("across_m", 15.0, "width outside the region across"),
         width_parameter("directed_m", 20.0, "width for directed words, not of a street"),
         width_parameter("directed_street_m", 20.0, "width for directed words of a street"),
-        Parameter("tail", "1", 0.0, math.inf, 3.0, 0.7, "degrees of freedom of the fall-off"),
-        Parameter("kappa_compass", "1", 0.0, math.inf, 3.0, 0.7, "sharpness of compass words"),
-        Parameter("kappa_frame", "1", 0.0, math.inf, 3.0, 0.7, "sharpness of frame words"),
+        Parameter("tail", "1", 0.0, math.inf, 5.0, 0.35, "degrees of freedom of the fall-off"),
+        Parameter("kappa_compass", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of compass words"),
+        Parameter("kappa_frame", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of frame words"),
     )
 
     contact_m: float = 6.0
@@ -63,7 +63,7 @@ class StudentVonMisesLikelihood:
     across_m: float = 15.0
     directed_m: float = 20.0
     directed_street_m: float = 20.0
-    tail: float = 3.0
+    tail: float = 5.0
     kappa_compass: float = 3.0
     kappa_frame: float = 3.0
 
@@ -124,7 +124,7 @@ def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa:
     """
     parts = []
     if frame.lapse:
-        parts.append(torch.zeros_like(bearing_rad) + math.log(frame.lapse) + _log_mean(kappa))
+        parts.append(torch.zeros_like(bearing_rad) + _log(frame.lapse) + _log_mean(kappa))
     for part in frame.parts:
         x = bearing_rad - part.mean_rad
         spread = torch.as_tensor(part.kappa, dtype=torch.float64)
@@ -134,7 +134,7 @@ def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa:
             both = (kappa**2 + spread**2 + 2 * kappa * spread * torch.cos(x)).clamp_min(1e-16)
             length = both.sqrt()
             log_mean = _log_i0e(length) - _log_i0e(spread) + (length - spread - kappa)
-        parts.append(log_mean + math.log(part.weight))
+        parts.append(log_mean + _log(part.weight))
     # Rounding may lift a sum of weights over one by 1e-16.
     return torch.logsumexp(torch.stack(parts), 0).clamp_max(0.0)
 
@@ -142,6 +142,10 @@ def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa:
 def _log_mean(kappa: Any) -> Tensor:
     """Return the log of exp(kappa (cos x - 1)) averaged over directions."""
     return _log_i0e(torch.as_tensor(kappa, dtype=torch.float64))
+
+
+def _log(share: Any) -> Tensor:
+    return torch.as_tensor(share, dtype=torch.float64).log()
 
 
 def _log_i0e(x: Tensor) -> Tensor:

@@ -199,7 +199,7 @@ def test_intervals_are_symmetric_in_the_numbers(examples):
     free = FreeParameters(SPEAKER, ["near_m", "lapse", "weights"])
     covariance = torch.eye(4, dtype=torch.float64) * 0.25
     ends = free.intervals(free.start, covariance, 2.0)
-    assert ends["near_m"] == pytest.approx((15 * math.exp(-0.7), 15 * math.exp(0.7)))
+    assert ends["near_m"] == pytest.approx((15 * math.exp(-0.35), 15 * math.exp(0.35)))
     low, high = ends["lapse"]
     assert math.log(low / (1 - low) * high / (1 - high)) == pytest.approx(2 * math.log(0.1 / 0.9))
     # Two weights: the log odds are the difference of two numbers of deviation one half.

@@ -45,7 +45,7 @@ def test_students_kernel_and_von_mises():
 
 def test_a_street_has_widths_of_its_own():
     city = house_and_street(symmetric_grid(21), street_y=0.0)
-    kernel = StudentVonMisesLikelihood(near_m=5.0, near_street_m=20.0)
+    kernel = StudentVonMisesLikelihood(near_m=5.0, near_street_m=20.0, tail=3.0)
     far = at(kernel.log_g(term("near", city, "MainSt"), None), 0, 40, city)
     # Its cells reach to 5 m north of its middle.
     assert far == pytest.approx((1 + 35**2 / (3 * 20**2)) ** -2)
@@ -124,7 +124,7 @@ def test_a_network_learns():
 
 
 def test_weights_of_the_wrong_name_or_shape():
-    with pytest.raises(UnknownName, match="Weight of neurallikelihood 'outt' is unknown"):
+    with pytest.raises(UnknownName, match="Weight of NeuralLikelihood 'outt' is unknown"):
         NeuralLikelihood(weights={"outt": torch.zeros(16)})
     with pytest.raises(InputError, match=r"'out' .* has shape \(3,\); expected \(16,\)"):
         NeuralLikelihood(weights={"out": torch.zeros(3)})
