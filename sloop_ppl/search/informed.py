@@ -64,8 +64,9 @@ class InformedPlanner:
             nodes=np.zeros(self._depth + 1, dtype=np.int32),
             wanted=np.zeros(self._depth + 1, dtype=np.int32),
         )
-        self._tree = _no_tree(2 * config.sims + 8 * self._depth + 64)
-        self._found = _no_candidates(2 * config.sims + 64, n_poses, len(self._tree.pose))
+        widest = min(2 * config.sims, 12 * config.sims // self._depth) + 64
+        self._tree = _no_tree(config.sims + widest + 4 * self._depth)
+        self._found = _no_candidates(widest, n_poses, len(self._tree.pose))
         self._ways = no_ways(n_poses)
         self._plan: NDArray[np.int32] = np.empty(0, dtype=np.int32)
 
