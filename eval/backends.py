@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from importlib import import_module
@@ -83,6 +84,7 @@ def _ray(
 ) -> Iterator[Done]:
     """Run the jobs on a Ray cluster: one of this machine, or that at `address`."""
     ray = _package("ray")
+    _knock("Ray", address)
     ours = not ray.is_initialized()
     if ours:
         local: dict[str, Any] = {"num_cpus": workers, "include_dashboard": False}
@@ -118,6 +120,7 @@ def _dask(
 ) -> Iterator[Done]:
     """Run the jobs on a Dask cluster: one of this machine, or that at `address`."""
     distributed = _package("distributed", "dask")
+    _knock("Dask", address)
     with ExitStack() as open_:
         try:
             cluster = address
@@ -152,6 +155,17 @@ def _package(name: str, extra: str | None = None) -> Any:
             f"Backend {extra} needs the package {name}, which is not installed; "
             f'pip install "sloop-ppl[{extra}]"'
         ) from error
+
+
+def _knock(cluster: str, address: str | None) -> None:
+    """Refuse an address at which nobody answers; the clusters themselves would try for minutes."""
+    host, _, port = (address or "").rpartition("://")[2].rpartition(":")
+    if not (host and port.isdigit()):
+        return
+    try:
+        socket.create_connection((host, int(port)), timeout=10).close()
+    except (OSError, OverflowError) as error:
+        raise _unreachable(cluster, address, error) from error
 
 
 def _unreachable(cluster: str, address: str | None, error: Exception) -> InputError:

@@ -35,5 +35,10 @@ def test_a_missing_package_is_told(monkeypatch, backend, package):
         list(BACKENDS[backend](len, [[1]], workers=1, address=None))
 
 
+def test_an_address_at_which_nobody_answers():
+    with pytest.raises(InputError, match=r"No Dask cluster can be used at 'tcp://127.0.0.1:1': "):
+        list(BACKENDS["dask"](len, [[1]], workers=1, address="tcp://127.0.0.1:1"))
+
+
 def test_joblib_in_this_process():
     assert list(BACKENDS["joblib"](len, [[1], [1, 2]], workers=1, address=None)) == [1, 2]
