@@ -22,7 +22,7 @@ from scipy.stats import kstest
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.calibration_faults import FAULTS, Fault, sharper_frames
 from sloop_ppl.inference.calibration_plots import plot_calibration
-from sloop_ppl.inference.calibration_slopes import STEP, residual, width_slopes
+from sloop_ppl.inference.calibration_slopes import STEP, near_slopes, residual
 from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
@@ -96,9 +96,9 @@ def calibrate(
     model : what the descriptions are drawn from.
     fault : what is wrong with inference; nothing when None.
     phrases : phrases of each of these descriptions.
-    near : number of other descriptions for the slope in the widths, of targets near a cluster of
+    near : number of other descriptions for the slopes of the cell, of targets near a cluster of
         grounds, >= 0; four times `n` when None. See
-        :func:`sloop_ppl.inference.calibration_slopes.width_slopes`.
+        :func:`sloop_ppl.inference.calibration_slopes.near_slopes`.
 
     Returns
     -------
@@ -106,8 +106,9 @@ def calibrate(
         Ranks: ``east``, ``north`` and ``density`` of the cell (how much of the belief is higher
         than at the true one), ``distance`` of the cell from the first ground, ``component``,
         ``frame`` (angle from the first ground's likeliest front before), its absolute value
-        ``spread``, and ``lapse`` of the first phrase. Slopes: ``width``, of the cell; and, where
-        frames are spread, ``concentration``, of the first ground's front in their kappa.
+        ``spread``, and ``lapse`` of the first phrase. Slopes: ``width`` and ``mirror``, of the
+        cell; and, where frames are spread, ``concentration``, of the first ground's front in
+        their kappa.
 
     Notes
     -----
@@ -127,7 +128,7 @@ def calibrate(
         turns += [turn] if turn else []
     steep = {"concentration": np.array(turns)} if turns else {}
     if count := _NEAR * n if near is None else near:
-        steep["width"] = width_slopes(city, count, rng=rng, model=model, fault=wrong)
+        steep |= near_slopes(city, count, rng=rng, model=model, fault=wrong)
     told = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
     return Calibration(told, steep)
 

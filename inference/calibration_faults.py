@@ -14,7 +14,7 @@ from sloop_ppl.models import PredictedSpread, Preset
 from sloop_ppl.models.likelihoods import parameters_of, with_values
 from sloop_ppl.registry import Registry
 
-__all__ = ["FAULTS", "Fault", "sharper_frames", "wider"]
+__all__ = ["FAULTS", "Fault", "mirrored", "sharper_frames", "wider"]
 
 Table = NDArray[np.float64]
 
@@ -56,15 +56,16 @@ def wider(model: Preset, times: float) -> Preset:
     return replace(model, likelihood=with_values(likelihood, changed))
 
 
-def _mirror(said: Description) -> Description:
+def mirrored(said: Description) -> Description:
+    """Return a description with left and right swapped."""
     other = {"left": "right", "right": "left"}
-    mirrored = tuple(replace(r, relation=other.get(r.relation, r.relation)) for r in said.relations)
-    return replace(said, relations=mirrored)
+    swapped = tuple(replace(r, relation=other.get(r.relation, r.relation)) for r in said.relations)
+    return replace(said, relations=swapped)
 
 
 FAULTS: Registry[Fault] = Registry("fault")
 """Planted faults by name."""
 FAULTS.add("kappa", Fault(model=lambda model: sharper_frames(model, 2.0)))
 FAULTS.add("sigma", Fault(model=lambda model: wider(model, 1.5)))
-FAULTS.add("left-right", Fault(hear=_mirror))
+FAULTS.add("left-right", Fault(hear=mirrored))
 FAULTS.add("rows", Fault(see=lambda belief: belief[::-1]))

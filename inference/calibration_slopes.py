@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.inference.batch import infer_batch
-from sloop_ppl.inference.calibration_faults import Fault, wider
+from sloop_ppl.inference.calibration_faults import Fault, mirrored, wider
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
 from sloop_ppl.models.simulate import simulate
 from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.rng import child
 
-__all__ = ["STEP", "cluster", "residual", "width_slopes"]
+__all__ = ["STEP", "cluster", "near_slopes", "residual"]
 
 Table = NDArray[np.float64]
 
@@ -31,9 +31,9 @@ _TOGETHER = 2000
 _FLOOR = 1e-300
 
 
-def width_slopes(
+def near_slopes(
     city: CityMap, n: int, *, rng: np.random.Generator, model: Preset, fault: Fault
-) -> Table:
+) -> dict[str, Table]:
     """Return how far the truth's slope is from what is believed of it, and the variance of that.
 
     Parameters
@@ -46,8 +46,8 @@ def width_slopes(
 
     Returns
     -------
-    numpy.ndarray
-        Residual and variance of each description, shape (n, 2).
+    dict of numpy.ndarray
+        ``width`` and ``mirror``: residual and variance of each description, shape (n, 2).
 
     Notes
     -----
@@ -58,13 +58,14 @@ def width_slopes(
     test quantities of Modrak et al. 2023 do; for small errors of the parameter none based on the
     cell is more powerful, for the sum is the derivative of the log belief at the true cells.
     Descriptions that tell nothing add nothing, whereas their ranks would drown the others.
+    ``mirror`` does the same with the log belief had left and right been heard the other way.
     """
     believed = fault.model(model)
     moved = wider(believed, STEP)
     grounds = cluster(city, _GROUNDS)
     away = np.min([city.fields(ground).distance_m for ground in grounds], axis=0)
     prior = (away <= _REACH_M) * 1.0
-    found: list[tuple[float, float]] = []
+    found: dict[str, list[tuple[float, float]]] = {"width": [], "mirror": []}
     for start in range(0, n, _TOGETHER):
         names = [f"T{i}" for i in range(start, min(n, start + _TOGETHER))]
         drawn = simulate(
@@ -78,11 +79,16 @@ def width_slopes(
         )
         heard = replace(fault.hear(drawn.description), text="")
 
-        before, after = (infer_batch([heard], city, by, prior=prior)[0] for by in (believed, moved))
+        other = mirrored(heard)
+        before, after, turned = (
+            infer_batch([said], city, by, prior=prior)[0]
+            for said, by in ((heard, believed), (heard, moved), (other, believed))
+        )
         for name in names:
-            belief, shifted = fault.see(before[name]), fault.see(after[name])
-            found.append(residual(belief, shifted, drawn.latents[name].cell))
-    return np.array(found)
+            cell, belief = drawn.latents[name].cell, fault.see(before[name])
+            found["width"].append(residual(belief, fault.see(after[name]), cell))
+            found["mirror"].append(residual(belief, fault.see(turned[name]), cell))
+    return {name: np.array(rows) for name, rows in found.items()}
 
 
 def residual(belief: Table, moved: Table, true: int | tuple[int, ...]) -> tuple[float, float]:

@@ -1,9 +1,15 @@
-"""The picture of docs/models.md shows what the page says."""
+"""The picture and the Python of docs/models.md show what the page says."""
 
 import importlib.util
+import re
 from pathlib import Path
 
+import pytest
+
 import sloop_ppl as sloop
+from sloop_ppl.inference import ParameterDraws
+from sloop_ppl.models.simulate import SPEAKER
+from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,3 +34,27 @@ def test_one_sentence_under_three_models(tmp_path):
     assert apart["the paper's text"] < 1e-9
     assert min(apart["its published code"], apart["ours (bayes)"]) > 0.1
     assert said.relations != turned.relations
+
+
+@pytest.mark.slow
+def test_the_page_s_learning_runs_and_prints_what_it_shows(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "models.md").read_text()
+    names: dict[str, object] = {}
+    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page, re.DOTALL)):
+        exec(compile(code, f"models.md, block {number}", "exec"), names)
+    out = capsys.readouterr().out
+    shown = re.findall(r"```\n(near_m .*?)```", page, re.DOTALL)[0]
+    for line in shown.splitlines():
+        name, *numbers = line.replace(" to ", " ").split()
+        (row,) = re.findall(rf"^{name} .*$", out, re.MULTILINE)[:1]
+        told = [float(number) for number in row.replace(" to ", " ").split()[1:]]
+        assert told == pytest.approx([float(number) for number in numbers], rel=0.1), name
+    drawn = names["drawn"]
+    rows = {row.name: row for row in drawn.summary}
+    ann, bo = (rows[f"kappa_compass_by_speaker[{who}]"] for who in ("Ann", "Bo"))
+    assert ann.low < 1.2 < ann.high < bo.low < bo.high
+    assert names["of_bo"].likelihood.kappa_compass == pytest.approx(bo.median)
+    again = ParameterDraws.load(tmp_path / "drawn.json")
+    assert again.parameters == drawn.parameters
+    assert with_parameters(SPEAKER, load_parameters(tmp_path / "speaker.json")) != SPEAKER

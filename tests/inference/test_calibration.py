@@ -62,7 +62,7 @@ def test_a_few_simulations_pass_and_flipped_rows_fail():
     city = sloop.load_map("cleveland", cell_m=20.0)
     right = calibrate(city, 40, rng=np.random.default_rng(2), near=40)
     assert set(right.ranks) >= {"east", "north", "density", "component", "frame", "lapse"}
-    assert set(right.slopes) == {"width", "concentration"}
+    assert set(right.slopes) == {"width", "mirror", "concentration"}
     assert right.failed == ()
     flipped = calibrate(city, 40, rng=np.random.default_rng(2), fault=FAULTS["rows"], near=40)
     assert flipped.failed
@@ -73,7 +73,7 @@ def test_a_model_with_certain_frames_has_one_slope():
     city = sloop.load_map("cleveland", cell_m=40.0)
     certain = replace(SPEAKER, frame_prior=preset("sloop").frame_prior)
     found = calibrate(city, 2, rng=np.random.default_rng(0), model=certain, near=5)
-    assert set(found.slopes) == {"width"}
+    assert set(found.slopes) == {"width", "mirror"}
     with pytest.raises(InputError, match="The frames of model 'speaker' have no kappa to change"):
         calibrate(city, 1, rng=np.random.default_rng(0), model=certain, fault=FAULTS["kappa"])
 
@@ -83,7 +83,7 @@ def test_plots_are_written(tmp_path, capsys):
     assert main(words) == 0
     assert "passes" in capsys.readouterr().out
     assert len(list((tmp_path / "drawn").glob("ranks_*.png"))) == 8
-    assert len(list((tmp_path / "drawn").glob("slopes_*.png"))) == 2
+    assert len(list((tmp_path / "drawn").glob("slopes_*.png"))) == 3
     assert plot_calibration(Calibration({"a": EVEN}), tmp_path)[0].name == "ranks_a.png"
 
 
@@ -99,7 +99,7 @@ def test_inference_is_calibrated():
     [
         ("kappa", 300, 0, "spread"),
         ("sigma", 10, 1500, "width"),
-        ("left-right", 150, 0, "north"),
+        ("left-right", 10, 400, "mirror"),
         ("rows", 60, 0, "density"),
     ],
 )
