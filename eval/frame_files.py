@@ -15,6 +15,7 @@ from sloop_ppl.eval.frame_descriptions import FrontsInWords, score_fronts_in_wor
 from sloop_ppl.eval.frames import FrameEvaluation, cross_validate_frames
 from sloop_ppl.inference.frame_maps import maps_of_folder
 from sloop_ppl.inference.frame_training import RECIPES
+from sloop_ppl.maps import bundled_maps, load_map
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class FrameReport:
 
 
 def score_frames(
-    maps: str | Path,
+    maps: str | Path | None = None,
     *,
     recipes: str = "ego-ctx,ctx,ego",
     descriptions: Sequence[str | Path] = (),
@@ -61,7 +62,7 @@ def score_frames(
 
     Parameters
     ----------
-    maps : folder of map files.
+    maps : folder of map files; the bundled maps when None, which tell no addresses.
     recipes : names in :data:`sloop_ppl.inference.frame_training.RECIPES`, separated by commas.
     descriptions : description files on which the shipped ego-ctx meets the nearest street.
     epochs, patience : instead of the recipes'.
@@ -78,12 +79,13 @@ def score_frames(
         raise InputError(f"Recipes '{recipes}' hold an empty or repeated name; give each once")
     for name in names:
         RECIPES[name]  # an unknown one is refused before the work
+    bundled = {name: load_map(name) for name in bundled_maps()} if maps is None else {}
     rng = np.random.default_rng(seed)
     words = None
     if descriptions:
         words = score_fronts_in_words(read_descriptions(descriptions), rng=child(rng, "words"))
     found = cross_validate_frames(
-        maps_of_folder(maps, progress=progress),
+        bundled if maps is None else maps_of_folder(maps, progress=progress),
         names,
         epochs=epochs,
         patience=patience,

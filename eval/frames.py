@@ -223,7 +223,7 @@ def _folds(labels: Mapping[str, Sequence[FrameLabel]]) -> dict[str, list[str]]:
     if len(counted) < 2:
         raise InputError(
             f"{len(counted)} cities have {_LEAST_LABELS} labelled buildings or more; expected at "
-            "least two, so that one can be held out"
+            "least two, so that one can be held out; give a folder of OpenStreetMap extracts"
         )
     return counted
 

@@ -15,8 +15,9 @@ __all__ = ["frames"]
 
 def frames(
     maps: Annotated[
-        Path, typer.Option(help="Folder of .osm, .osm.pbf or .geojson files.", show_default=False)
-    ],
+        Path | None,
+        typer.Option(help="Folder of .osm, .osm.pbf or .geojson files; else the bundled maps."),
+    ] = None,
     recipes: Annotated[
         str, typer.Option(help="Recipes to train, separated by commas; `paper` is one too.")
     ] = "ego-ctx,ctx,ego",

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_fronts"]
 
-_BINS = 36
+_BINS = 180
+_SMOOTH_KAPPA = 120.0  # five degrees, so that a sharp front is a petal and not a line
 _LEAST_M, _MOST_M = 0.03, 0.07  # radius of a rose, in sides of the map
 
 
@@ -36,8 +37,8 @@ def plot_fronts(
     Returns
     -------
     matplotlib.axes.Axes
-        The axes, in metres. The area of a petal is its probability within its rose; the radius
-        of a rose grows with its landmark.
+        The axes, in metres. The area of a petal is its probability within its rose, blurred by
+        five degrees; the radius of a rose grows with its landmark.
 
     Raises
     ------
@@ -50,16 +51,18 @@ def plot_fronts(
     draw_map(axes, city, labels=False, muted=True)
     axes.set_facecolor(MUTED.ground)
     side = city.grid.east_m - city.grid.west_m
-    angles = 2 * np.pi * (np.arange(_BINS)[:, None] + np.linspace(-0.5, 0.5, 5)) / _BINS
+    angles = 2 * np.pi * np.arange(_BINS) / _BINS
+    blur = np.exp(_SMOOTH_KAPPA * (np.cos(angles[:, None] - angles) - 1))
+    blur /= blur.sum(0)
     for name, front in fronts.items():
         x, y = city.centroid(name)
         west, south, east, north = city.footprint(name).bounds
         reach = min(max(0.6 * max(east - west, north - south), _LEAST_M * side), _MOST_M * side)
-        radius = np.sqrt(front.binned(_BINS))
+        radius = np.sqrt(blur @ front.binned(_BINS))
         radius *= reach / max(radius.max(), 1e-12)
         outline = np.column_stack([
-            (x + radius[:, None] * np.cos(angles)).ravel(),
-            (y + radius[:, None] * np.sin(angles)).ravel(),
+            x + radius * np.cos(angles),
+            y + radius * np.sin(angles),
         ])  # fmt: skip
         axes.add_patch(
             PathPatch(

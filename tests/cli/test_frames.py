@@ -109,6 +109,7 @@ def test_all_predictors_are_listed(capsys):
         (["frames", "train", "--maps", ".", "--out", "w.safetensors", "--tuned", "t.json"],
          "needs both --descriptions"),
         (["eval", "frames", "--maps", "no-folder"], "is no folder"),
+        (["eval", "frames"], "0 cities have 50 labelled buildings or more"),
         (["eval", "frames", "--maps", ".", "--recipes", "deep"], "Recipe 'deep' is unknown"),
         (["infer", TEXT, "--map", "cleveland", "--frames", "no.safetensors"], "do not exist"),
     ],
