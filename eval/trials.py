@@ -15,7 +15,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.maps import CityMap
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, run_search
+from sloop_ppl.search import SearchConfig
 from sloop_ppl.search.names import check_planner
 
 if TYPE_CHECKING:
@@ -189,6 +189,8 @@ def run_trial(
     target and number of the start, so that every model, range and planner meets the same ones.
     Cells that the belief excludes altogether count as 1e-15.
     """
+    from sloop_ppl.search import run_search  # takes a second to import
+
     place = scene.targets[key.target]
     rng = child(
         np.random.default_rng(searching.seed), "trial", key.description, key.target, key.start
