@@ -59,12 +59,14 @@ def one_by_one(scenes):
 
 
 def drawn(beliefs, city, rng):
-    """Return a place for each target, drawn from its belief."""
-    cells = {t: rng.choice(b.size, p=b.ravel() / b.sum()) for t, b in beliefs.items()}
-    return {
-        t: city.grid.centre_of(*divmod(int(c), b.shape[1]))
-        for (t, c), b in zip(cells.items(), beliefs.values(), strict=True)
-    }
+    """Return a place for each target, drawn from its belief at cells whose middle is on the map."""
+    grid, places = city.grid, {}
+    inside = np.array([[grid.contains(x, y) for x in grid.x_m] for y in grid.y_m]).ravel()
+    for target, belief in beliefs.items():
+        weights = belief.ravel() * inside
+        cell = int(rng.choice(len(weights), p=weights / weights.sum()))
+        places[target] = grid.centre_of(*divmod(cell, grid.n_cols))
+    return places
 
 
 def trials(cases, planner, starts, settings, imagined):
