@@ -4,12 +4,14 @@
 # Run: bash benchmarks/results.sh "DESCRIPTIONS/*.jsonl" RUNS [SLOOP]
 #   RUNS   folder for the runs and the fits; about 20 MB
 #   SLOOP  the command, .venv/bin/sloop unless told otherwise
+# Takes some 20 minutes of processor time beyond the fits. The environment variable STARTS (8) says
+# how many starts the comparison of planners shares.
 set -euo pipefail
 files=($1)
 runs=$2
 sloop=${3:-.venv/bin/sloop}
 cv=(--cv city --fits "$runs/fits.pkl")
-few=(--models sloop,sloop-m4,bayes --ranges 3 --starts 8)
+few=(--models sloop,sloop-m4,bayes --ranges 3 --starts "${STARTS:-8}")
 mkdir -p "$runs"
 
 "$sloop" eval describe "${files[@]}"

@@ -80,12 +80,14 @@ class BeliefQuality:
     models : model name -> its quality.
     paired : ``"a-b"`` -> the difference a less b, for each two models in the order they came.
     paired_mixed : the same with 1 % of the uniform belief mixed into every model.
+    cv : ``"city"`` when models were refitted without the line's city, else None.
     """
 
     relations: Relations
     models: Mapping[str, ModelQuality]
     paired: Mapping[str, PairedDifference]
     paired_mixed: Mapping[str, PairedDifference]
+    cv: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval quality --json`` prints."""
@@ -108,6 +110,7 @@ class BeliefQuality:
             },
             "paired": _paired_json(self.paired),
             "paired_1pct": _paired_json(self.paired_mixed),
+            "cv": self.cv,
         }
 
 

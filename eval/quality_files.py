@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,7 +66,7 @@ def score_quality(
     scenes = read_descriptions(files, find)
     fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
     refits = cross_validated(scenes, fitted, find, kept=fits, progress=progress) if cv else {}
-    return score_beliefs(
+    quality = score_beliefs(
         scenes,
         {**chosen, **refits},
         find,
@@ -73,6 +74,7 @@ def score_quality(
         rng=np.random.default_rng(0),
         progress=progress,
     )
+    return replace(quality, cv=cv)
 
 
 def models_named(names: str | None, params: str | Path | None = None) -> dict[str, Preset]:

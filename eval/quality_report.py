@@ -30,7 +30,8 @@ def quality_tables(told: Told) -> list[Table]:
     told : what ``sloop eval quality --json`` prints.
     """
     models: Mapping[str, Told] = told["models"]
-    tables = [_scores(models, told["relations"]), _calibration(models)]
+    fitted = ", fitted without the line's city" if told.get("cv") else ""
+    tables = [_scores(models, told["relations"] + " relations" + fitted), _calibration(models)]
     if told["paired"]:
         tables.insert(1, _differences(told))
     for name, title in (
@@ -93,10 +94,10 @@ def quality_figure(told: Told) -> Figure:
     return figure
 
 
-def _scores(models: Mapping[str, Told], relations: str) -> Table:
+def _scores(models: Mapping[str, Told], how: str) -> Table:
     return Table(
         "quality",
-        f"Beliefs against the true places, {relations} relations",
+        f"Beliefs against the true places, {how}",
         (
             "model", "log score", "with 1 % uniform", "rank", "distance", "mass",
         ),

@@ -67,7 +67,7 @@ class Results:
         """What tells this sweep from others on the same descriptions."""
         searching, starts = Searching(**self.manifest["searching"]), self.manifest["starts"]
         fan = "" if searching.fov_deg == 90 else f", fan {searching.fov_deg:g}°"
-        fitted = ", without the line's city" if self.manifest["cv"] else ""
+        fitted = ", fitted without the line's city" if self.manifest["cv"] else ""
         return (
             f"{searching.label}{fan}; {self.manifest['relations']} relations{fitted}; "
             f"{starts} start{'s' if starts > 1 else ''}"
