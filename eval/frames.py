@@ -272,17 +272,15 @@ def _predictions(
     for name, spread in spreads.items():
         made[name] = [spread_points(_rule(name, city, one), *spread) for one in labels]
     if label == "entrance":
-        made["address"] = [_by_address(city, one) for one in labels]
+        made["address"] = [_by_address(city, one, spreads[RULE]) for one in labels]
     return made
 
 
-def _by_address(city: CityMap, label: FrameLabel) -> FrameDistribution:
+def _by_address(city: CityMap, label: FrameLabel, spread: tuple[float, float]) -> FrameDistribution:
     """Return what the address predictor says of a building whose door it must not look at."""
-    predictor: Any = FRAME_PREDICTORS["address"]
     if city.frontage(label.building).by_address is None:
-        return _rule(RULE, city, label)
-    found: FrameDistribution = predictor(RelationTerm("front", "front", (label.building,), city))
-    return found
+        return spread_points(_rule(RULE, city, label), *spread)
+    return _rule("address", city, label)
 
 
 def _scored(
