@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
 import shapely
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
@@ -30,6 +32,7 @@ _BLOCK_M = 10.0
 _MOST_MOVED = 0.25
 _ANGLES = (0.3, 1.2, -2.0, 3.0, -0.9)
 _QUADRATURE = 2880
+_SOME = np.array([0, 311, 100, 100, 575])  # in no order, one twice
 _JUMP = 0.02
 _FORMS = {"point": "a point", "line": "a line", "area": "an area"}
 _FRAMES = {
@@ -44,9 +47,10 @@ def check_likelihood(likelihood: RelationLikelihood) -> None:
     """Try a likelihood on a small map and raise on the first promise it breaks.
 
     Checked are, for every class of relation and a house, a street and a point as ground: shape,
-    dtype, finiteness and sign of log g; that directions broadcast; gradients in the declared
-    parameters; that turning or mirroring the map turns or mirrors g; that halving the cells keeps
-    it; and, if it has ``log_marginal``, that it agrees with quadrature.
+    dtype, finiteness and sign of log g; that some cells alone have the values they have among all;
+    that directions broadcast; gradients in the declared parameters; that turning or mirroring the
+    map turns or mirrors g; that halving the cells keeps it; and, if it has ``log_marginal``, that
+    it agrees with quadrature.
 
     Parameters
     ----------
@@ -118,9 +122,17 @@ class _Case:
 
     def table(self, likelihood: RelationLikelihood) -> Tensor:
         """Return log g, checked."""
-        term, cells = self.term, self.term.city.grid.size
-        expected = (cells,) if self.directions is None else (len(self.directions), cells)
-        what = f"log_g of {_name(likelihood)} for {self.told}"
+        return self._table(likelihood, self.term, self.told)
+
+    def table_at(self, likelihood: RelationLikelihood, cells: NDArray[np.intp]) -> Tensor:
+        """Return log g at some cells, checked."""
+        told = f"{self.told} at {len(cells)} of its cells (RelationTerm.at)"
+        return self._table(likelihood, self.term.at(cells), told)
+
+    def _table(self, likelihood: RelationLikelihood, term: RelationTerm, told: str) -> Tensor:
+        cells = (term.n_cells,)
+        expected = cells if self.directions is None else (len(self.directions), *cells)
+        what = f"log_g of {_name(likelihood)} for {told}"
         return check_table(likelihood.log_g(term, self.directions), expected, what)
 
 
@@ -169,6 +181,12 @@ def _cases(city: CityMap, turn: Callable[[float], float] = lambda a: a) -> Itera
 def _check_tables(likelihood: RelationLikelihood) -> None:
     for case in _cases(_city()):
         table = case.table(likelihood)
+        if not torch.allclose(case.table_at(likelihood, _SOME), table[..., _SOME], atol=1e-9):
+            raise InputError(
+                f"log_g of {_name(likelihood)} for {case.told} gives some cells other values "
+                "alone than among all; expected each cell's value to depend on that cell only, "
+                "from the term's tables, such as term.off_m"
+            )
         if case.directions is None:
             continue
         for i in range(len(case.directions)):
@@ -266,9 +284,7 @@ def _check_marginal(likelihood: RelationLikelihood) -> None:
         jumps = torch.where(change > _JUMP, change, 0.0).sum(0)
         for told, frame in _FRAMES.items():
             what = f"log_marginal of {_name(likelihood)} for {case.told} under {told}"
-            table = check_table(
-                likelihood.log_marginal(term, frame), (term.city.grid.size,), what
-            ).exp()
+            table = check_table(likelihood.log_marginal(term, frame), (term.n_cells,), what).exp()
             expected, densest = _by_quadrature(likelihood, term, frame, fronts, g)
             # Where g jumps with direction, a sum over steps can be off by a step's mass.
             off = (table - expected).abs() - 2 * densest * jumps

@@ -62,7 +62,7 @@ class GuardedLikelihood:
         ------
         InputError : when the user's code fails or returns no table of log probabilities.
         """
-        cells = (term.city.grid.size,)
+        cells = (term.n_cells,)
         shape = cells if direction_rad is None else (len(direction_rad), *cells)
         return self._called("log_g", term, shape, lambda: self.inner.log_g(term, direction_rad))
 
@@ -89,7 +89,7 @@ class GuardedMarginal(GuardedLikelihood):
 
     def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame, shape (S,)."""
-        shape = (term.city.grid.size,)
+        shape = (term.n_cells,)
         return self._called(
             "log_marginal", term, shape, lambda: self.inner.log_marginal(term, frame)
         )

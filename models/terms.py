@@ -53,6 +53,11 @@ class RelationTerm:
     cells: NDArray[np.intp] | None = None
 
     @property
+    def n_cells(self) -> int:
+        """How many cells the fields are of: S, all of the map's or those of `at`."""
+        return self.city.grid.size if self.cells is None else len(self.cells)
+
+    @property
     def ground(self) -> str:
         """The first (for most relations the only) ground."""
         return self.grounds[0]

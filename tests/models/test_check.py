@@ -80,6 +80,18 @@ FAULTS = {
         ),
         r"Mirroring map and direction does not do so to log_g of Faulty",
     ),
+    "tables of the whole map": (
+        lambda log_g, term, a: (
+            log_g
+            if a is not None
+            else -torch.from_numpy(term.city.fields(term.ground).distance_m).reshape(-1) / 20
+        ),
+        r"'on' of an area at 5 of its cells .RelationTerm.at. has shape .576,.; expected .5,.",
+    ),
+    "cells that mix": (
+        lambda log_g, term, a: log_g - log_g.detach().max(),
+        r"relation 'on' of an area gives some cells other values alone than among all; expected",
+    ),
     "widths in cells": (
         lambda log_g, term, a: (
             log_g if a is not None else -((term.distance_m / term.city.grid.cell_m / 3) ** 2)

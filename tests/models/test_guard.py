@@ -10,10 +10,11 @@ import pytest
 import torch
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import infer_description
+from sloop_ppl.inference import Example, fit, infer_description
 from sloop_ppl.inference.batch import infer_batch
 from sloop_ppl.models import GaussianLikelihood, build, preset
 from sloop_ppl.models.guard import GuardedLikelihood
+from sloop_ppl.models.simulate import SPEAKER, simulate
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(0.0, -10.0), street_y=20.0)
@@ -117,6 +118,14 @@ def test_a_sound_one_gives_what_it_gave():
         torch.from_numpy(own.update(SAID).belief(TARGET)),
         torch.from_numpy(own.update(SAID).belief(TARGET)),
     )
+
+
+def test_a_checked_one_simulates_and_is_fitted_at_some_cells_only():
+    speaks = preset(replace(SPEAKER, name="mine", likelihood=Mine()))
+    drawn = simulate(CITY, [TARGET], np.random.default_rng(0), model=speaks, phrases=2)
+    example = Example(drawn.description, CITY, {TARGET: drawn.latents[TARGET].cell})
+    assert isinstance(speaks.likelihood, GuardedLikelihood)
+    assert fit([example], speaks, learn=["lapse"], iterations=5, intervals=False).parameters
 
 
 def test_what_is_no_likelihood_is_refused():
