@@ -64,11 +64,21 @@ def _checked(table: Any, whose: str, grid: Grid) -> NDArray[np.float64]:
             f"{grid.shape}, a name, a file, or a function of a map and a target's id"
         ) from error
     if weights.shape != grid.shape:
-        raise InputError(f"Prior of {whose} has shape {weights.shape}; expected {grid.shape}")
-    if not np.isfinite(weights).all() or (weights < 0).any():
-        raise InputError(f"Prior of {whose} holds NaN, infinite or negative weights")
+        raise InputError(
+            f"Prior of {whose} has shape {weights.shape}; expected {grid.shape}, (rows, "
+            "columns), row 0 in the south"
+        )
+    bad = ~np.isfinite(weights) | (weights < 0)
+    if bad.any():
+        row, col = np.argwhere(bad)[0]
+        raise InputError(
+            f"Prior of {whose} holds NaN, infinite or negative weights: {weights[row, col]:g} in "
+            f"row {row}, column {col}, {int(bad.sum())} of {bad.size} in all; expected finite "
+            "weights of at least 0"
+        )
     if not (weights > 0).any():
         raise InputError(f"Prior of {whose} is zero everywhere; expected a positive weight")
+    weights = weights / weights.max()  # so that no sum overflows
     with np.errstate(divide="ignore"):
         log_p: NDArray[np.float64] = np.log(weights / weights.sum()).reshape(-1)
     return log_p

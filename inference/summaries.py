@@ -23,7 +23,7 @@ Belief = NDArray[np.float64]
 def entropy_nats(belief: Belief) -> float:
     """Return the entropy of a belief in nats; 0 log 0 counts as 0."""
     positive = belief[belief > 0]
-    return float(-(positive * np.log(positive)).sum())
+    return float(abs((positive * np.log(positive)).sum()))  # abs: no -0.0 where it is certain
 
 
 def mode_m(belief: Belief, grid: Grid) -> tuple[float, float]:

@@ -12,17 +12,18 @@ from sloop_ppl.models.frames import FrameDistribution, FramePart, FramePrior
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["intervene"]
+__all__ = ["FixedFronts", "intervene"]
 
 
 @dataclass(frozen=True)
-class _FixedFronts:
+class FixedFronts:
     """A frame prior in which some grounds' fronts are set from outside."""
 
     otherwise: FramePrior
     fronts_rad: tuple[tuple[str | None, float], ...]
 
     def __call__(self, term: RelationTerm) -> FrameDistribution:
+        """Return which way the ground faces: as it was set, else as was believed."""
         for ground, front in self.fronts_rad:
             if ground is None or ground == term.ground:
                 return FrameDistribution((FramePart(front, math.inf),))
@@ -54,7 +55,7 @@ def intervene(model: Preset, do: Mapping[str, Any] | None) -> Preset:
         elif key == "frame":
             fronts = value.items() if isinstance(value, Mapping) else [(None, value)]
             fixed = tuple((ground, _front(front)) for ground, front in fronts)
-            model = replace(model, frame_prior=_FixedFronts(model.frame_prior, fixed))
+            model = replace(model, frame_prior=FixedFronts(model.frame_prior, fixed))
         else:
             raise UnknownName("intervention", str(key), ("frame", "component"))
     return model

@@ -10,6 +10,7 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
 from sloop_ppl.models.guard import GuardedLikelihood
+from sloop_ppl.models.intervene import FixedFronts
 from sloop_ppl.models.likelihoods import (
     LIKELIHOODS,
     RelationLikelihood,
@@ -101,6 +102,12 @@ def _likelihood_parts(model: Preset) -> dict[str, Any]:
 
 def _frame_parts(model: Preset) -> dict[str, Any]:
     prior: Any = model.frame_prior
+    if isinstance(prior, FixedFronts):
+        raise InputError(
+            f"The frame prior of model '{model.name}' is none of the registered ones: its fronts "
+            "were set with do=, which is not saved; save the posterior inferred without it, or "
+            "write the cells alone: to_geojson"
+        )
     numbers = _numbers(prior)
     predictor = getattr(prior, "predictor", None)
     named = None
@@ -127,7 +134,8 @@ def _registered(registry: Registry[Any], same: Any, kind: str, model: Preset) ->
     raise InputError(
         f"The {kind} of model '{model.name}' is none of the registered ones with other numbers, so "
         "what is saved could not be read again; register it, or the whole model in "
-        "sloop_ppl.models.PRESETS, under a name of its own"
+        "sloop_ppl.models.PRESETS, under a name of its own, or write the cells alone: to_geojson, "
+        "on the command line --export"
     )
 
 

@@ -26,6 +26,17 @@ def test_a_named_prior_moves_the_belief(capsys):
     assert flat == run(capsys, *INFER, "--prior", "uniform", "--json")[1]
 
 
+def test_a_search_starts_from_a_named_prior(capsys):
+    search = ["search", *INFER[1:], "--planner", "greedy", "--steps", "4", "--json"]
+    code, flat, _ = run(capsys, *search)
+    assert code == 0
+    assert run(capsys, *search, "--prior", "uniform")[:2] == (0, flat)
+    assert run(capsys, *search, "--prior", "streets")[1] != flat
+    code, _, err = run(capsys, *search, "--prior", "streats")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "did you mean 'streets'?" in err
+
+
 def test_a_learnt_prior_is_a_file(tmp_path, capsys):
     city = sloop.load_map("cleveland")
     learn_cells([(city, (0.0, 0.0))]).save(tmp_path / "cells.json")

@@ -41,6 +41,13 @@ def test_cells_lie_where_they_are_on_earth(posterior):
     assert np.ptp(y) == pytest.approx(5, abs=0.01)
 
 
+def test_fronts_set_from_outside_are_exported_and_not_saved(tmp_path):
+    turned = infer_description(SAID, CITY, do={"frame": 1.0})[0]
+    with pytest.raises(InputError, match=r"its fronts were set with do=.*; save the posterior inf"):
+        turned.save(tmp_path / "p.nc")
+    assert turned.to_geojson(TARGET, least=0.9)["features"] == []
+
+
 def test_neighbours_share_their_corners(posterior):
     squares = [
         shapely.geometry.shape(f["geometry"]) for f in posterior.to_geojson(TARGET)["features"]

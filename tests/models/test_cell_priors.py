@@ -90,6 +90,16 @@ def test_a_bad_table_is_refused_however_it_comes(table, message, tmp_path):
             infer_description(NEAR, CITY, prior=prior)
 
 
+def test_weights_may_be_as_great_as_floats_go():
+    great, one = np.full((11, 11), 1e308), np.zeros((11, 11))
+    one[3, 4] = 1e-300
+    even = infer_description(NEAR, CITY)[0].belief(TARGET)
+    np.testing.assert_allclose(infer_description(NEAR, CITY, prior=great)[0].belief(TARGET), even)
+    certain = infer_description(NEAR, CITY, prior=one)[0]
+    assert certain.belief(TARGET)[3, 4] == 1
+    assert str(certain.entropy(TARGET)) == "0.0"
+
+
 # -- learnt -------------------------------------------------------------------------------------
 
 
