@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
 from support.facing_block import facing_town
@@ -10,6 +12,7 @@ from support.facing_block import facing_town
 from sloop_ppl.cli import main
 from sloop_ppl.maps import write_map
 from sloop_ppl.models.frames import load_weights
+from sloop_ppl.models.tuning import load_parameters
 
 TEXT = "the green toyota is behind velvet dog"
 
@@ -44,9 +47,17 @@ def test_train_writes_weights_that_predict_and_infer(capsys, tmp_path, towns):
     assert about["command"] == (
         "sloop frames train --maps DIR --recipe ego --epochs 1 --seed 0 --out ego.safetensors"
     )
-    first = out.read_bytes()
-    run(capsys, 0, "frames", "train", "--maps", towns, "--out", out, "--recipe", "ego",
-        "--epochs", 1)  # fmt: skip
+    first, tuned = out.read_bytes(), tmp_path / "tuned.json"
+    examples = (Path(str(files("sloop_ppl"))) / "data" / "examples.jsonl").read_text("utf-8")
+    framed = [line for line in examples.splitlines() if '"behind"' in line or '"front"' in line]
+    said = tmp_path / "said.jsonl"
+    said.write_text("\n".join(framed[:2]), "utf-8")
+    told, err = run(
+        capsys, 0, "frames", "train", "--maps", towns, "--out", out, "--recipe", "ego",
+        "--epochs", 1, "--descriptions", said, "--tuned", tuned,
+    )  # fmt: skip
+    assert "tuned: kappa" in told
+    assert list(load_parameters(tuned)["frames"]) == ["kappa", "lapse", "absolute"]
     assert out.read_bytes() == first
     told, _ = run(
         capsys, 0, "frames", "predict", towns / "town0.geojson", "--frames", out, "--json"
