@@ -23,6 +23,7 @@ from sloop_ppl.language import (
 )
 from sloop_ppl.maps import from_geojson, to_geojson
 from sloop_ppl.models import ground_description, share_frames
+from sloop_ppl.models.cell_files import read_netcdf
 from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 
@@ -109,13 +110,7 @@ def save_posterior(posterior: Posterior, path: str | Path) -> None:
 
 def load_posterior(path: str | Path) -> Posterior:
     """Read a posterior from a ``.nc`` file."""
-    if not Path(path).is_file():
-        raise InputError(f"Posterior '{path}' cannot be read: no such file")
-    try:
-        with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
-            data = opened.load()
-    except (OSError, ValueError) as error:
-        raise InputError(f"Posterior '{path}' cannot be read: no netCDF") from error
+    data = read_netcdf(path, "Posterior")
     if data.attrs.get("title") != "sloop_ppl posterior":
         raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
     if data.attrs.get("format") != _FORMAT:

@@ -12,9 +12,25 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 
-__all__ = ["FileCells"]
+__all__ = ["FileCells", "read_netcdf"]
 
 Table = NDArray[np.float64]
+
+
+def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
+    """Return all that a netCDF file holds; `what` names it in messages.
+
+    Raises
+    ------
+    InputError : when it does not exist or is no netCDF.
+    """
+    if not Path(path).is_file():
+        raise InputError(f"{what} '{path}' cannot be read: no such file")
+    try:
+        with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
+            return opened.load()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{what} '{path}' cannot be read: no netCDF") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +59,7 @@ class FileCells:
         ------
         InputError : when it cannot be read, or has no such variable of these dims.
         """
-        if not Path(path).is_file():
-            raise InputError(f"Prior '{path}' cannot be read: no such file")
-        try:
-            with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
-                data = opened.load()
-        except (OSError, ValueError) as error:
-            raise InputError(f"Prior '{path}' cannot be read: no netCDF") from error
+        data = read_netcdf(path, "Prior")
         if "belief" not in data:
             raise InputError(
                 f"Prior '{path}' is not a posterior saved by sloop_ppl, nor has it a variable "
