@@ -9,7 +9,7 @@ from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.inference.learning import Example, fit
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset
+from sloop_ppl.models import Preset, unfitted
 
 __all__ = ["examples_of", "refitted"]
 
@@ -40,7 +40,8 @@ def refitted(
     Parameters
     ----------
     scenes : of at least two maps.
-    model : where the fit starts.
+    model : where the fit starts; `bayes` starts from where it stood before its own fit, which
+        has seen all maps.
     find_map : gives the map of a scene by name.
     iterations : at most this many of L-BFGS per fit.
     progress : told how it goes, a line at a time.
@@ -55,11 +56,12 @@ def refitted(
             f"The descriptions are of one map ({', '.join(maps)}); expected at least two, so that "
             "one can be left out"
         )
+    start = unfitted(model)
     found = {}
     for left_out in maps:
         rest = examples_of([scene for scene in scenes if scene.map != left_out], find_map)
-        fitted = fit(rest, model, iterations=iterations, intervals=False)
-        found[left_out] = fitted.apply(model)
+        fitted = fit(rest, start, iterations=iterations, intervals=False)
+        found[left_out] = fitted.apply(start)
         if progress:
             score = fitted.provenance["mean_log_score_after"]
             progress(f"{model.name} without {left_out}: mean log score {score:.3f} on the rest")

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 import sloop_ppl as sloop
-from sloop_ppl.models import preset
+from sloop_ppl.models import PredictedSpread, preset
 
 TEXT = (
     "The red Honda is in front of Gotham City Condos, and the green Toyota is behind "
@@ -26,8 +26,9 @@ TEXT = (
 )
 FOUND, FOUND_AT = "RedHonda", (-27.5, 27.5)
 SOUGHT, SOUGHT_AT = "GreenToyota", (42.5, 27.5)
-ONE_SPEAKER = replace(preset("bayes"), name="bayes, one speaker", shared_frames=True)
-STRANGERS = replace(preset("bayes"), name="bayes, a frame a phrase", shared_frames=False)
+BY_THE_STREET = replace(preset("bayes"), frame_prior=PredictedSpread())  # nearest-street
+ONE_SPEAKER = replace(BY_THE_STREET, name="bayes, one speaker", shared_frames=True)
+STRANGERS = replace(BY_THE_STREET, name="bayes, a frame a phrase")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Generative models of spatial language: likelihoods, frames, components, presets, the program."""
 
 from sloop_ppl.models.atoms import Atoms
+from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
 from sloop_ppl.models.build import OpenProgram, build, open_program
 from sloop_ppl.models.cell_priors import CELL_PRIORS, CellPrior, cell_prior
 from sloop_ppl.models.components import COMBINATIONS, Component
@@ -26,12 +27,14 @@ from sloop_ppl.models.terms import RelationTerm, ground_relations
 from sloop_ppl.models.truth import TruthValue
 
 __all__ = [
+    "BAYES",
     "CELL_PRIORS",
     "COMBINATIONS",
     "FRAME_PREDICTORS",
     "FRAME_PRIORS",
     "LIKELIHOODS",
     "PRESETS",
+    "UNFITTED_BAYES",
     "VARIANTS",
     "Atoms",
     "CellPrior",
@@ -64,4 +67,5 @@ __all__ = [
     "open_program",
     "preset",
     "share_frames",
+    "unfitted",
 ]

@@ -125,7 +125,7 @@ def build(
     >>> program = sloop.models.build(said, city, "bayes")
     >>> trace = pyro.poutine.trace(program).get_trace()
     >>> [name for name in trace.stochastic_nodes if "/" in name]
-    ['GreenToyota/component', 'GreenToyota/cell', 'GreenToyota/frame_0']
+    ['GreenToyota/component', 'GreenToyota/cell', 'GreenToyota/frame_0', 'GreenToyota/lapse_0']
     """
     chosen = preset(model)
     targets = tuple(target.id for target in description.targets)

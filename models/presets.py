@@ -8,9 +8,9 @@ from typing import Literal
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import Component
-from sloop_ppl.models.frames import FramePrior, PredictedPoint, PredictedSpread
+from sloop_ppl.models.frames import FramePrior, PredictedPoint
 from sloop_ppl.models.guard import guarded, trusted
-from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
+from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
 from sloop_ppl.registry import Registry
 
 __all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
@@ -188,20 +188,4 @@ _register(
     Component("no-frame", 0.25, keep_frames=False, cut=True),
     Component("at", 0.1, combine="sum", read_as="at"),
     Component("near", 0.05, combine="sum", read_as="near"),
-)
-PRESETS.add(
-    "bayes",
-    Preset(
-        name="bayes",
-        components=(
-            Component("product", 0.6),
-            Component("no-frame", 0.25, keep_frames=False),
-            Component("at", 0.1, combine="sum", read_as="at"),
-            Component("near", 0.05, combine="sum", read_as="near"),
-        ),
-        likelihood=GaussianLikelihood(),
-        frame_prior=PredictedSpread(),
-        joint_grounds=True,
-        heed_distance=True,
-    ),
 )

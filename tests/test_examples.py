@@ -24,7 +24,7 @@ def test_the_mistaken_phrase_is_named_and_the_car_is_found(tmp_path, capsys):
     result = example("mistaken_phrase").main(tmp_path / "a.png", smoke=True)
     assert result.suspected == "on West 4th Street"
     assert result.p_wrong["on West 4th Street"] > 0.7
-    assert max(p for phrase, p in result.p_wrong.items() if phrase != result.suspected) < 0.15
+    assert max(p for phrase, p in result.p_wrong.items() if phrase != result.suspected) < 0.3
     assert result.error_m["SLOOP's product"] > 80
     assert result.error_m["with a lapse for each phrase"] < 15
     assert result.log_score["with a lapse for each phrase"] > -6

@@ -42,7 +42,10 @@ class StudentVonMisesLikelihood:
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        width_parameter("contact_m", 6.0, "width for contact with anything but a street"),
+        # Cells of 5 m cannot tell a narrower width, and one would tie the belief to their size.
+        Parameter(
+            "contact_m", "m", 0.0, math.inf, 5.0, 0.15, "width for contact, not with a street"
+        ),
         width_parameter("contact_street_m", 8.0, "width for contact with a street"),
         width_parameter("near_m", 15.0, "width for proximity to anything but a street"),
         width_parameter("near_street_m", 15.0, "width for proximity to a street"),
@@ -55,7 +58,7 @@ class StudentVonMisesLikelihood:
         Parameter("kappa_frame", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of frame words"),
     )
 
-    contact_m: float = 6.0
+    contact_m: float = 5.0
     contact_street_m: float = 8.0
     near_m: float = 15.0
     near_street_m: float = 15.0

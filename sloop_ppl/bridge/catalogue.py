@@ -16,11 +16,12 @@ _CATALOGUE.add("engines", ("sloop_ppl.inference", "ENGINES"))
 _CATALOGUE.add("planners", ("sloop_ppl.search", "list_planners"))
 _CATALOGUE.add("frames", ("sloop_ppl.models", "FRAME_PREDICTORS"))
 _CATALOGUE.add("priors", ("sloop_ppl.models", "CELL_PRIORS"))
+_CATALOGUE.add("candidates", ("sloop_ppl.eval.candidates", "CANDIDATES"))
 _CATALOGUE.add("maps", ("sloop_ppl.maps", "bundled_maps"))
 
 
 def names_of(what: str) -> list[str]:
-    """Return the names there are of models, likelihoods, engines, planners, frames, priors or maps.
+    """Return the names of what there is to choose from, such as models or planners.
 
     Raises
     ------

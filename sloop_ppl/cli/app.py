@@ -16,6 +16,7 @@ from sloop_ppl.cli import (
     demo,
     evaluation,
     evaluation_frames,
+    fitting,
     frames,
     language,
     maps,
@@ -58,6 +59,7 @@ app.command("search")(search.search)
 app.add_typer(maps.app, name="map")
 app.add_typer(frames.app, name="frames")
 evaluation.app.command("frames")(evaluation_frames.frames)
+evaluation.app.command("fit")(fitting.fit)
 app.add_typer(evaluation.app, name="eval")
 app.command("list")(catalogue.list_names)
 app.command("demo")(demo.demo)

@@ -12,13 +12,14 @@ from sloop_ppl.bridge.sheets import figure_of, sheet_of
 from sloop_ppl.bridge.words import facing, relations_in_words
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import SpatialRelation
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
 BOTH = said(relation("behind", "House"), relation("on", "MainSt"), targets=(TARGET, "RedBike"))
 
 
-def posterior(description=BOTH, model="bayes", **options):
+def posterior(description=BOTH, model=MIXTURE, **options):
     return infer_description(description, CITY, model, **options)[0]
 
 

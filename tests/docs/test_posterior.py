@@ -24,7 +24,7 @@ def test_the_page_runs_and_says_what_is_so(tmp_path, monkeypatch, capsys):
     assert "| exact | 0.0e+00 |" in out
     slips = dict(re.findall(r"(\w+) \('\w+',\) 0\.10 -> ([\d.]+)", out))
     assert float(slips["on"]) > 0.7
-    assert max(float(slips["near"]), float(slips["west"])) < 0.15
+    assert max(float(slips["near"]), float(slips["west"])) < 0.3
 
 
 def test_every_picture_of_the_page_is_there():

@@ -10,11 +10,12 @@ import torch
 from pyro import poutine
 
 from sloop_ppl.inference import infer_description
-from sloop_ppl.models import build, preset
+from sloop_ppl.models import build
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(5), house=(5.0, -3.0), street_y=9.0)
-WARY = replace(preset("bayes"), lapse=0.2)
+WARY = replace(MIXTURE, lapse=0.2)
 CLASH = said(relation("near", "House"), relation("at", "House"), relation("at", "MainSt"))
 
 

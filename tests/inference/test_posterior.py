@@ -9,7 +9,8 @@ import torch
 from sloop_ppl.errors import BeliefCollapse, DescriptionError, InputError, UnknownName
 from sloop_ppl.inference import Posterior, infer_description
 from sloop_ppl.maps import load_map
-from sloop_ppl.models import gather_evidence, ground_relations, preset
+from sloop_ppl.models import gather_evidence, ground_relations
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
@@ -17,7 +18,7 @@ BEHIND = said(relation("behind", "House"))
 NEAR = said(relation("near", "MainSt"))
 
 
-def posterior(description=BEHIND, model="bayes", **options):
+def posterior(description=BEHIND, model=MIXTURE, **options):
     return infer_description(description, CITY, model, **options)[0]
 
 
@@ -73,7 +74,7 @@ def test_the_frame_posterior_is_bayes_rule_over_a_fine_grid():
     """Enumerate the frame, the cells and the components by hand."""
     seen = np.full(CITY.grid.shape, -np.inf)
     seen[2:6, 14:18] = np.log(np.random.default_rng(1).uniform(0.1, 1, (4, 4)))
-    model = preset("bayes")
+    model = MIXTURE
     (summary,) = posterior().condition({TARGET: seen}).frames(TARGET)
     (term,) = ground_relations(BEHIND.relations, CITY)
     prior = model.frame_prior(term)
@@ -192,4 +193,4 @@ def test_informed_wants_the_truth():
 
 
 def test_repr_says_where():
-    assert repr(posterior()).startswith("Posterior('block', 'bayes': RedCar near (")
+    assert repr(posterior()).startswith("Posterior('block', 'mixture': RedCar near (")

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import hpd_places, infer_description, probability_in
 from sloop_ppl.inference.influence import bits_between
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
@@ -21,7 +22,7 @@ BOTH = said(relation("behind", "House"), relation("near", "MainSt"))
 GRID = CITY.grid
 
 
-def posterior(description=BOTH, model="bayes", **options):
+def posterior(description=BOTH, model=MIXTURE, **options):
     return infer_description(description, CITY, model, **options)[0]
 
 

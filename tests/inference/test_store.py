@@ -14,13 +14,14 @@ from sloop_ppl.inference import Posterior, infer_description
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
 from sloop_ppl.models.tuning import with_parameters
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, relation, said
 
 CITY = load_map("cleveland")
 SAID = said(relation("behind", "VelvetDog"))
 LATER = said(relation("near", "Ivy"))
 TUNED = with_parameters(
-    replace(preset("bayes"), name="mine", likelihood=LIKELIHOODS["student-vonmises"]),
+    replace(MIXTURE, name="mine", likelihood=LIKELIHOODS["student-vonmises"]),
     {"likelihood": {"directed_m": 12.0}, "model": {"lapse": 0.1}, "frames": {"kappa": 2.0}},
 )
 

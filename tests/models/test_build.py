@@ -13,11 +13,12 @@ from pyro.infer import Predictive, TraceEnum_ELBO, config_enumerate
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import infer_description
-from sloop_ppl.models import build, preset
+from sloop_ppl.models import build
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(9), street_y=18.0)
-MODEL = replace(preset("bayes"), lapse=0.1)
+MODEL = replace(MIXTURE, lapse=0.1)
 SPOKEN = said(relation("behind", "House"), relation("near", "MainSt"))
 
 

@@ -20,8 +20,7 @@ from sloop_ppl.models import (
 )
 from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.models.tuning import with_parameters
-
-BAYES = preset("bayes")
+from tests.mixture import MIXTURE
 
 
 @dataclass(frozen=True)
@@ -43,19 +42,19 @@ def test_every_preset_comes_back(name):
 
 @pytest.mark.parametrize("name", LIKELIHOODS)
 def test_every_likelihood_comes_back(name):
-    model = replace(BAYES, likelihood=LIKELIHOODS[name])
+    model = replace(MIXTURE, likelihood=LIKELIHOODS[name])
     assert again(model) == model
 
 
 @pytest.mark.parametrize("name", FRAME_PRIORS)
 def test_every_frame_prior_comes_back(name):
-    model = replace(BAYES, frame_prior=FRAME_PRIORS[name])
+    model = replace(MIXTURE, frame_prior=FRAME_PRIORS[name])
     assert again(model) == model
 
 
 def test_numbers_and_switches_come_back():
     model = with_parameters(
-        replace(BAYES, name="mine", likelihood=LIKELIHOODS["student-vonmises"]),
+        replace(MIXTURE, name="mine", likelihood=LIKELIHOODS["student-vonmises"]),
         {
             "likelihood": {"near_m": 11.5, "kappa_frame": 2.25},
             "model": {"lapse": 0.07, "temper": 0.4, "error_m": 3.0, "heed_distance": False},
@@ -76,26 +75,26 @@ def test_the_papers_text_comes_back():
 
 
 def test_a_component_set_from_outside_comes_back():
-    model = intervene(BAYES, {"component": "near"})
+    model = intervene(MIXTURE, {"component": "near"})
     assert [part.name for part in again(model).components] == ["near"]
 
 
 @pytest.mark.parametrize(
     ("model", "part"),
     [
-        (replace(BAYES, likelihood=Mine()), "likelihood"),
-        (replace(BAYES, likelihood=GaussianLikelihood(floor=1e-3)), "likelihood"),
-        (intervene(BAYES, {"frame": 0.3}), "frame prior"),
+        (replace(MIXTURE, likelihood=Mine()), "likelihood"),
+        (replace(MIXTURE, likelihood=GaussianLikelihood(floor=1e-3)), "likelihood"),
+        (intervene(MIXTURE, {"frame": 0.3}), "frame prior"),
     ],
 )
 def test_what_is_not_registered_is_named(model, part):
-    with pytest.raises(InputError, match=f"The {part} of model 'bayes' is none of the registered"):
+    with pytest.raises(InputError, match=f"The {part} of model .mixture. is none of the"):
         parts_of(model)
 
 
 def test_a_model_registered_as_a_whole_goes_by_its_name(monkeypatch):
     monkeypatch.setattr(PRESETS, "_entries", dict(PRESETS._entries))
-    PRESETS.add("own", replace(BAYES, name="own", likelihood=Mine()))
+    PRESETS.add("own", replace(MIXTURE, name="own", likelihood=Mine()))
     assert parts_of(preset("own")) == {"name": "own", "variant": "published"}
     assert again(preset("own")) == preset("own")
 
@@ -103,7 +102,7 @@ def test_a_model_registered_as_a_whole_goes_by_its_name(monkeypatch):
 def test_a_likelihood_of_ones_own_goes_by_its_name(monkeypatch):
     monkeypatch.setattr(LIKELIHOODS, "_entries", dict(LIKELIHOODS._entries))
     LIKELIHOODS.add("mine", Mine())
-    model = preset(replace(BAYES, likelihood=Mine()))
+    model = preset(replace(MIXTURE, likelihood=Mine()))
     assert again(model) == model
     assert model.likelihood is not Mine()
 
@@ -126,7 +125,7 @@ def test_a_likelihood_of_ones_own_goes_by_its_name(monkeypatch):
     ],
 )
 def test_what_is_unknown_or_out_of_range_is_named(where, change, message):
-    parts = parts_of(BAYES)
+    parts = parts_of(MIXTURE)
     inner = parts
     for key in where:
         inner = inner[key]
@@ -136,7 +135,7 @@ def test_what_is_unknown_or_out_of_range_is_named(where, change, message):
 
 
 def test_what_is_missing_is_named():
-    parts = parts_of(BAYES)
+    parts = parts_of(MIXTURE)
     del parts["temper"], parts["components"]
     with pytest.raises(InputError, match="part of a model is missing: temper, components"):
         model_from_parts(parts)
@@ -145,5 +144,5 @@ def test_what_is_missing_is_named():
 
 
 def test_infinite_concentrations_are_data():
-    model = replace(BAYES, frame_prior=FRAME_PRIORS["fixed"])
+    model = replace(MIXTURE, frame_prior=FRAME_PRIORS["fixed"])
     assert math.isinf(again(model).frame_prior.kappa)

@@ -49,7 +49,7 @@ uniform_like = replace(preset("sloop"), likelihood=Exponential(1e9))
 
 
 def flat(term, direction_rad):
-    shape = (term.city.grid.size,)
+    shape = term.distance_m.shape
     return torch.zeros(shape if direction_rad is None else (len(direction_rad), *shape)).double()
 
 
@@ -169,11 +169,11 @@ def test_positive_logs_are_refused(mine):
 
 def test_parameters_from_a_file(mine, tmp_path):
     path = tmp_path / "tuned.toml"
-    path.write_text("[likelihood]\nreach_m = 5\n[model]\nlapse = 0.1\n[weights]\nat = 0.5\n")
+    path.write_text("[likelihood]\nreach_m = 5\n[model]\nlapse = 0.1\n[weights]\nno-frame = 0.5\n")
     model = model_of(f"{mine}:Exponential", params=path)
     assert model.likelihood.inner.reach_m == 5.0
     assert model.lapse == 0.1
-    assert {c.name: c.weight for c in model.components}["at"] == 0.5
+    assert {c.name: c.weight for c in model.components}["no-frame"] == 0.5
     assert [p.name for p in parameters_of(model.likelihood)] == ["reach_m"]
 
 
@@ -202,7 +202,10 @@ def test_json_with_provenance_is_read_as_well(tmp_path):
         ({"frames": {"kappa": math.nan}}, "Parameter 'kappa' is NaN; expected a number"),
         ({"model": {"temper": math.nan}}, "Parameter 'temper' is NaN; expected a number"),
         ({"weights": {"far": 1}}, "Component of model bayes 'far' is unknown; expected one of pro"),
-        ({"weights": {"at": -1}}, "Component 'at' has weight -1.0; expected a positive number"),
+        (
+            {"weights": {"no-frame": -1}},
+            "Component 'no-frame' has weight -1.0; expected a positive number",
+        ),
     ],
 )
 def test_wrong_parameters_are_named(values, message):

@@ -64,7 +64,7 @@ def test_front_and_behind_mirror_each_other(model, word, mirrored, x):
     np.testing.assert_allclose(
         belief(said(relation(word, "House")), city, model),
         belief(said(relation(mirrored, "House")), city, model)[::-1],
-        atol=1e-12,
+        atol=1e-7,  # the network that predicts the front counts in single precision
     )
 
 

@@ -1,0 +1,139 @@
+"""Fit a model to description files, choose among several, and keep how that was done."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from sloop_ppl import __version__
+from sloop_ppl.errors import InputError
+from sloop_ppl.eval.candidates import CANDIDATES, FAMILIES
+from sloop_ppl.eval.descriptions import read_descriptions
+from sloop_ppl.eval.inventory import map_finder
+from sloop_ppl.eval.quality_files import models_named
+from sloop_ppl.eval.quality_report import quality_tables
+from sloop_ppl.eval.selection import Selection, select_model
+from sloop_ppl.eval.tables import Estimate, Table
+from sloop_ppl.inference.learning import Fitted
+from sloop_ppl.models import PRESETS, Preset, unfitted
+from sloop_ppl.outputs import check_output
+
+__all__ = ["candidates_named", "fit_files", "fit_tables"]
+
+_REFERENCE = "sloop-m4"
+
+
+def fit_files(
+    files: Sequence[str | Path],
+    *,
+    out: str | Path,
+    models: str | None = None,
+    maps: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[Selection, Fitted]:
+    """Fit models to files, each map left out in turn; keep the best one's numbers.
+
+    Parameters
+    ----------
+    files : description files, of at least three maps (two for a single model).
+    out : JSON file of the numbers, which ``--params`` reads.
+    models : candidates, separated by commas; the likelihood families when None.
+    maps : folder of map files; None for the bundled maps.
+    progress : told a line per fit.
+
+    Returns
+    -------
+    tuple
+        How the model was chosen, and what was written.
+
+    Raises
+    ------
+    SloopError : when a file or a name cannot be used; before the work.
+    """
+    chosen = candidates_named(models)
+    check_output(out, (".json",))
+    find = map_finder(maps)
+    scenes = read_descriptions(files, find)
+    selection = select_model(
+        scenes,
+        chosen,
+        find,
+        references={_REFERENCE: PRESETS[_REFERENCE]},
+        progress=progress,
+    )
+    fitted = replace(
+        selection.fitted,
+        provenance={
+            **selection.fitted.provenance,
+            "sloop_ppl": __version__,
+            "descriptions": {
+                Path(file).name: hashlib.sha256(Path(file).read_bytes()).hexdigest()
+                for file in files
+            },
+            "selection": selection.to_json(),
+        },
+    )
+    fitted.save(out)
+    return selection, fitted
+
+
+def candidates_named(names: str | None) -> dict[str, Preset]:
+    """Return name -> model to fit: candidates, registered models, or ``FILE.py:NAME``.
+
+    Parameters
+    ----------
+    names : separated by commas; the likelihood families when None.
+
+    Raises
+    ------
+    SloopError : for a name that there is none of, given twice, or empty.
+    """
+    asked = list(FAMILIES) if names is None else [name.strip() for name in names.split(",")]
+    if len(set(asked)) < len(asked):
+        raise InputError(f"Models '{names}' name one twice; give each once")
+    return {
+        name: CANDIDATES[name] if name in CANDIDATES else unfitted(models_named(name)[name])
+        for name in asked
+    }
+
+
+def fit_tables(selection: Selection, fitted: Fitted) -> list[Table]:
+    """Return the scores with each map left out, what was chosen where, and the numbers."""
+    scores, *_ = quality_tables(selection.quality.to_json())
+    tables = [replace(scores, title="Scores with the map left out")]
+    if selection.inner:
+        tables.append(_choice(selection))
+    moved: Mapping[str, float] = fitted.provenance["moved"]
+    rows = []
+    for section, numbers in fitted.parameters.items():
+        for name, value in numbers.items():
+            ends = fitted.intervals.get(section, {}).get(name, (math.nan, math.nan))
+            away = moved[f"weights:{name}" if section == "weights" else name]
+            told = Estimate(value, *ends, digits=2)
+            rows.append((section, name, told, Estimate(away, digits=2)))
+    tables.append(
+        Table(
+            name="parameters",
+            title=f"Numbers of {selection.winner}, fitted to all maps",
+            head=("section", "name", "value", "moved (prior sd)"),
+            rows=tuple(rows),
+            notes=("An interval as wide as the prior, and no move: the data do not tell.",),
+        )
+    )
+    return tables
+
+
+def _choice(selection: Selection) -> Table:
+    names = tuple(next(iter(selection.inner.values())))
+    return Table(
+        name="choice",
+        title="Mean log score inside the folds, which chooses",
+        head=("map left out", *names, "chosen"),
+        rows=tuple(
+            (left_out, *(scores[name] for name in names), selection.chosen[left_out])
+            for left_out, scores in selection.inner.items()
+        ),
+    )
