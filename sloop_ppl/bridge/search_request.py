@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,12 +21,11 @@ from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
 from sloop_ppl.bridge.why import why_lines
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
-from sloop_ppl.outputs import check_output, written_whole
+from sloop_ppl.outputs import check_output
 from sloop_ppl.plots import check_figure_path
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, SearchInterrupted
+from sloop_ppl.search import SearchConfig, SearchInterrupted, write_episode
 from sloop_ppl.search.episode import Step
-from sloop_ppl.search.files import episode_to_document
 from sloop_ppl.search.names import check_planner
 
 __all__ = ["SearchRequest", "SearchResult", "run_request"]
@@ -203,14 +201,12 @@ def _named(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -
 def _write(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> None:
     if request.out:
         said = {str(step): d.text for step, d in episode.said.items()}
-        document = episode_to_document(
+        write_episode(
             replace(episode, beliefs=()) if not request.animation else episode,
+            request.out,
             **_named(request, posterior, episode),
             **({"said": said} if said else {}),
         )
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False)
-        with written_whole(request.out) as path:
-            path.write_text(text + "\n", encoding="utf-8")
     if request.posterior_out and episode.posterior is not None:
         episode.posterior.save(request.posterior_out)
     draw_episode(episode, posterior.city, request.figure, request.animation)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError, OutputError
+from sloop_ppl.outputs import written_whole
 from sloop_ppl.search.config import SearchConfig
 from sloop_ppl.search.episode import Episode, PlanInfo
 
@@ -144,15 +145,23 @@ def _info(value: Mapping[str, Any]) -> PlanInfo:
 
 
 def write_episode(episode: Episode, path: str | Path, **extra: Any) -> None:
-    """Write an episode to a JSON file.
+    """Write an episode to a JSON file, whole or not at all.
+
+    Parameters
+    ----------
+    episode : the episode.
+    path : where to.
+    **extra : members to add; see `episode_to_document`.
 
     Raises
     ------
     OutputError : when the file cannot be written.
     """
-    text = json.dumps(episode_to_document(episode, **extra), allow_nan=False)
+    document = episode_to_document(episode, **extra)
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False)
     try:
-        Path(path).write_text(text + "\n", encoding="utf-8")
+        with written_whole(path) as whole:
+            whole.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
         raise OutputError(f"Cannot write {path}: {error.strerror}; choose another path") from error
 

@@ -35,6 +35,16 @@ def test_an_episode_comes_back_from_its_file_as_it_was(tmp_path, planner):
     np.testing.assert_array_equal(again.views, told.views)
     np.testing.assert_array_equal(again.beliefs[-1]["B"], told.beliefs[-1]["B"])
     assert json.loads(path.read_text())["seed"] == 2
+    assert [p.name for p in tmp_path.iterdir()] == ["episode.json"]
+
+
+def test_a_file_that_cannot_be_written_to_the_end_leaves_the_old_one(tmp_path):
+    path = tmp_path / "episode.json"
+    path.write_text("old")
+    with pytest.raises(UnicodeEncodeError):
+        write_episode(episode("random"), path, note="\ud800")
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["episode.json"]
 
 
 def test_the_file_of_a_seed_has_the_same_bytes(tmp_path):
