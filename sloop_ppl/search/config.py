@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Integral
 
 from sloop_ppl.errors import InputError, UnknownName
 
@@ -12,7 +13,7 @@ __all__ = ["ROLLOUTS", "SearchConfig"]
 ROLLOUTS = ("published", "random", "informed")
 """Rollout policies of the tree search; ``informed`` is for the planner ``fast`` alone."""
 
-
+COUNTS = ("sims", "depth", "step_cells", "max_steps", "max_finds", "tree_depth")
 REWARDS = ("move_reward", "right_find_reward", "wrong_find_reward", "collision_reward")
 
 
@@ -89,17 +90,14 @@ class SearchConfig:
     rollout: str | None = None
 
     def __post_init__(self) -> None:
-        for name in ("sims", "depth", "step_cells", "max_steps"):
-            _check_count(name, getattr(self, name))
-        if self.max_finds is not None:
-            _check_count("max_finds", self.max_finds)
+        for name in COUNTS:
+            self._make_whole(name)
         for name in REWARDS:
             if not math.isfinite(getattr(self, name)):
                 raise InputError(f"{name} is {getattr(self, name)}; expected a finite number")
-        if self.tree_depth != 0:
-            _check_count("tree_depth", self.tree_depth)
         if self.turn_deg not in (45, 90):
             raise InputError(f"turn_deg is {self.turn_deg}; expected 45 or 90")
+        object.__setattr__(self, "turn_deg", int(self.turn_deg))
         if not 0 < self.fov_deg <= 360:
             raise InputError(f"fov_deg is {self.fov_deg}; expected a number in (0, 360]")
         if not 0 <= self.sensor_min_range_cells <= self.sensor_range_cells < math.inf:
@@ -124,13 +122,17 @@ class SearchConfig:
         if self.rollout is not None and self.rollout not in ROLLOUTS:
             raise UnknownName("rollout", self.rollout, ROLLOUTS)
 
+    def _make_whole(self, name: str) -> None:
+        """Turn a count of another type of whole number, such as numpy's, into an int."""
+        value, least = getattr(self, name), 0 if name == "tree_depth" else 1
+        if value is None and name == "max_finds":
+            return
+        if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+            raise InputError(f"{name} is {value}; expected a whole number of at least {least}")
+        object.__setattr__(self, name, int(value))
+
     @property
     def noisy(self) -> bool:
         """Whether the sensor errs."""
         exact = self.true_positive_rate == 1 and self.position_noise_cells == 0
         return not exact or self.false_positive_rate > 0
-
-
-def _check_count(name: str, value: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InputError(f"{name} is {value}; expected a whole number of at least 1")

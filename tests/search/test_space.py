@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -122,6 +124,9 @@ def test_more_than_ten_targets_are_refused():
         ({"sims": 0}, "sims is 0; expected a whole number of at least 1"),
         ({"sims": -5}, "sims is -5; expected a whole number of at least 1"),
         ({"depth": 2.5}, "depth is 2.5; expected a whole number of at least 1"),
+        ({"sims": True}, "sims is True; expected a whole number of at least 1"),
+        ({"tree_depth": -1}, "tree_depth is -1; expected a whole number of at least 0"),
+        ({"max_finds": 0}, "max_finds is 0; expected a whole number of at least 1"),
         ({"turn_deg": 30}, "turn_deg is 30; expected 45 or 90"),
         ({"fov_deg": 0.0}, "fov_deg is 0.0; expected a number in (0, 360]"),
         ({"discount": 1.5}, "discount is 1.5; expected a number in (0, 1]"),
@@ -147,3 +152,10 @@ def test_settings_out_of_range_are_named(settings, message):
     with pytest.raises(InputError) as error:
         SearchConfig(**settings)
     assert str(error.value) == message
+
+
+def test_whole_numbers_of_numpy_are_taken_and_saved_as_json():
+    settings = {"sims": 10, "depth": 5, "max_finds": 2, "turn_deg": 90}
+    config = SearchConfig(**{name: np.int32(value) for name, value in settings.items()})
+    assert config == SearchConfig(**settings)
+    assert json.loads(json.dumps(asdict(config)))["sims"] == 10
