@@ -146,9 +146,10 @@ class GridBelief(GenerativeDistribution):
             name = self.space.target_ids[index]
             cell = observation.seen[index]
             what = f"seen at cell {divmod(cell, self.space.n_cols)}" if cell >= 0 else "not seen"
+            remedy = "" if weight else ", or set recovery_weight to mix in the belief of the start"
             raise BeliefCollapse(
                 f"Target '{name}' was {what}, which its belief held impossible; give a belief "
-                "that is nowhere zero",
+                f"that is nowhere zero{remedy}",
                 prior=table.reshape(self.space.shape),
                 observation=observation,
             )

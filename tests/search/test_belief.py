@@ -87,7 +87,8 @@ def test_an_impossible_observation_collapses_at_once():
         belief.updated(space.actions[1], observation, after)
     assert str(error.value) == (
         "Target 'A' was seen at cell (3, 5), which its belief held impossible; "
-        "give a belief that is nowhere zero"
+        "give a belief that is nowhere zero, or set recovery_weight to mix in the belief of the "
+        "start"
     )
     assert error.value.observation == observation
     np.testing.assert_array_equal(error.value.prior, table)
