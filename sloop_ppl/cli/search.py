@@ -83,7 +83,7 @@ def search(
         int | None, typer.Option(help="Whose tree, from 1; else the last.", show_default=False)
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")] = None,
-    animation: Annotated[Path | None, typer.Option(help="Film the search, .gif.")] = None,
+    animation: Annotated[Path | None, typer.Option(help="Film the search, .gif or .mp4.")] = None,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are and search for them.
