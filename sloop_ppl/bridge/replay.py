@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,9 @@ def replay_report(
     episode = read_episode(path)
     city = _map_of(episode, map_name)
     draw_episode(episode, city, figure, animation)
-    return episode.to_json(), outcome_line(episode)
+    saved = json.loads(path.read_text(encoding="utf-8"))
+    named = {key: saved[key] for key in ("map", "model", "planner", "seed") if key in saved}
+    return {**named, **episode.to_json()}, outcome_line(episode)
 
 
 def draw_episode(

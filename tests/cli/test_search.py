@@ -81,9 +81,12 @@ def test_a_saved_episode_is_drawn_again(tmp_path, capsys):
     first, again = tmp_path / "a.png", tmp_path / "b.png"
     film, refilm = tmp_path / "a.gif", tmp_path / "b.gif"
     said, _ = run(capsys, *SEARCH, "--steps", "3", "--out", episode, "--figure", first,
-                  "--animation", film)  # fmt: skip
-    line, _ = run(capsys, "search", "--replay", episode, "--figure", again, "--animation", refilm)
-    assert line == said
+                  "--animation", film, "--json")  # fmt: skip
+    resaid, _ = run(capsys, "search", "--replay", episode, "--figure", again, "--animation", refilm,
+                    "--json")  # fmt: skip
+    assert resaid == said
+    line, _ = run(capsys, "search", "--replay", episode)
+    assert line.startswith("found nothing in 3 steps, discounted reward -28.5; not found: ")
     assert first.read_bytes() == again.read_bytes()
     assert film.read_bytes() == refilm.read_bytes()
 
