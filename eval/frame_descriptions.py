@@ -18,7 +18,7 @@ from sloop_ppl.inference.known_cells import Example
 from sloop_ppl.inference.learning import log_scores
 from sloop_ppl.language import FRAME_RELATIONS, RELATIONS
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import PredictedSpread, Preset, preset
+from sloop_ppl.models import UNFITTED_BAYES, PredictedSpread, Preset, preset
 from sloop_ppl.models.frames import frame_predictor
 from sloop_ppl.outputs import check_output
 from sloop_ppl.rng import child
@@ -62,7 +62,7 @@ def score_fronts_in_words(
     predictors: Sequence[str] = ("ego-ctx", "nearest-street"),
     find_map: Callable[[str], CityMap] = load_map,
     *,
-    model: str | Preset = "bayes",
+    model: str | Preset = UNFITTED_BAYES,
     rng: np.random.Generator,
 ) -> FrontsInWords:
     """Score the true cells of targets given only the frame relations that were said of them.
@@ -73,7 +73,8 @@ def score_fronts_in_words(
     predictors : names of frame predictors, or paths of weights; the first is compared with each
         of the others.
     find_map : gives the map of a description by name.
-    model : the observation model whose frame prior gets each predictor, its numbers unchanged.
+    model : the observation model whose frame prior gets each predictor, its numbers unchanged;
+        `bayes` before its fit, since the fit has seen descriptions with one of the predictors.
     rng : draws the bootstrap over configurations.
 
     Raises

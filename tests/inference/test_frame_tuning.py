@@ -40,10 +40,11 @@ def test_speakers_who_follow_the_prediction_are_found_surer_than_those_who_do_no
     told: list[str] = []
     follow = tune_frames(SOUTHWARDS, preset("bayes"), RULE, progress=told.append)
     stray = tune_frames(ANYWHERE, preset("bayes"), RULE)
-    assert follow.parameters["frames"]["lapse"] < stray.parameters["frames"]["lapse"]
+    assert list(follow.parameters) == ["frames"]
+    assert set(follow.parameters["frames"]) == {"kappa", "absolute"}
     assert follow.parameters["frames"]["kappa"] > stray.parameters["frames"]["kappa"]
     assert follow.provenance["mean_log_score_after"] > follow.provenance["mean_log_score_before"]
-    assert told[0].startswith("mean log score")
+    assert "mean log score" in told[0]
     tuned = follow.apply(preset("bayes"))
     model = replace(tuned, frame_prior=replace(tuned.frame_prior, predictor=RULE))
     after = float(log_scores(SOUTHWARDS, model).mean())
