@@ -90,20 +90,22 @@ def test_plots_are_written(tmp_path, capsys):
 @pytest.mark.slow
 def test_inference_is_calibrated():
     city = sloop.load_map("cleveland", cell_m=10.0)
-    assert calibrate(city, 300, rng=np.random.default_rng(11), near=1500).failed == ()
+    assert calibrate(city, 200, rng=np.random.default_rng(11), near=1000).failed == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "n", "near", "where"),
+    ("name", "n", "near", "cell_m", "where"),
     [
-        ("kappa", 300, 0, "spread"),
-        ("sigma", 10, 1500, "width"),
-        ("left-right", 10, 400, "mirror"),
-        ("rows", 60, 0, "density"),
+        ("kappa", 300, 0, 20.0, "spread"),  # of the front, which coarse cells leave as it is
+        ("sigma", 4, 1000, 10.0, "width"),
+        ("left-right", 4, 200, 10.0, "mirror"),
+        ("rows", 40, 0, 10.0, "density"),
     ],
 )
-def test_a_planted_fault_is_caught(name, n, near, where):
-    city = sloop.load_map("cleveland", cell_m=10.0)
+def test_a_planted_fault_is_caught(name, n, near, cell_m, where):
+    # By the table of docs/models.md the power at these sizes is .9 or more; kappa's, .7 at 200, is
+    # not measured at 300.
+    city = sloop.load_map("cleveland", cell_m=cell_m)
     found = calibrate(city, n, rng=np.random.default_rng(11), fault=FAULTS[name], near=near)
     assert where in found.failed

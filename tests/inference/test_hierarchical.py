@@ -231,19 +231,19 @@ def test_no_example_at_all():
 def test_speakers_who_differ_are_told_apart(city):
     rng = np.random.default_rng(7)
     vague, sharp = (
-        with_parameters(SPEAKER, {"likelihood": {"kappa_compass": kappa}}) for kappa in (0.6, 8.0)
+        with_parameters(SPEAKER, {"likelihood": {"kappa_compass": kappa}}) for kappa in (1.2, 7.0)
     )
-    spoken = [described(city, "vague", 50, rng, vague), described(city, "sharp", 50, rng, sharp)]
+    spoken = [described(city, "vague", 80, rng, vague), described(city, "sharp", 80, rng, sharp)]
     found = sample_parameters(
         spoken, SPEAKER, rng=np.random.default_rng(1), learn=["kappa_compass", "lapse"],
-        vary=["kappa_compass"], warmup=50, draws=60,
+        vary=["kappa_compass"], warmup=40, draws=60,
     )  # fmt: skip
     rows = {row.name: row for row in found.summary}
     assert (
         rows["kappa_compass_by_speaker[vague]"].high < rows["kappa_compass_by_speaker[sharp]"].low
     )
-    assert rows["kappa_compass_by_speaker[vague]"].low < 0.6
-    assert rows["kappa_compass_by_speaker[sharp]"].high > 8.0
+    assert rows["kappa_compass_by_speaker[vague]"].low < 1.2
+    assert rows["kappa_compass_by_speaker[sharp]"].high > 7.0
     assert rows["kappa_compass_spread"].low > 0.2
     assert max(row.r_hat for row in found.summary) < 1.1
     assert found.provenance["divergences"] == 0
