@@ -14,7 +14,7 @@ from warnings import catch_warnings, simplefilter
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.registry import Registry
 
-__all__ = ["BACKENDS", "Backend", "WorkersLost"]
+__all__ = ["BACKENDS", "Backend", "WorkersLost", "check_backend"]
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -47,15 +47,27 @@ class Backend(Protocol):
         ...
 
 
-def _joblib(
-    work: Callable[[Job], Done], jobs: Sequence[Job], *, workers: int, address: str | None
-) -> Iterator[Done]:
-    """Run the jobs in processes of this machine; with one worker in this process itself."""
-    if address is not None:
+def check_backend(name: str, address: str | None) -> None:
+    """Check what can be known of a backend before any work.
+
+    Raises
+    ------
+    UnknownName : when there is none of this name.
+    InputError : when it takes no address and one is given.
+    """
+    BACKENDS[name]
+    if name == "joblib" and address is not None:
         raise InputError(
             f"Backend joblib runs on this machine and takes no address ('{address}' was given); "
             "leave --address out, or choose ray or dask"
         )
+
+
+def _joblib(
+    work: Callable[[Job], Done], jobs: Sequence[Job], *, workers: int, address: str | None
+) -> Iterator[Done]:
+    """Run the jobs in processes of this machine; with one worker in this process itself."""
+    check_backend("joblib", address)
     if workers == 1:
         yield from map(work, jobs)
         return

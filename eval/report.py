@@ -101,8 +101,10 @@ def make_report(
             "Discounted reward of all trials: quartiles, median (line) and mean (diamond)",
             lambda: reward_figure(main),
         ),
-        "### Comparisons",
-        comparison_table(main),
+    ]
+    if len(main.models) > 1:
+        parts += ["### Comparisons", comparison_table(main)]
+    parts += [
         "### The paper's tables",
         table_one(main),
         table_two(main),
@@ -167,6 +169,10 @@ def _what_was_run(sweeps: Sequence[Results]) -> str:
     )
     cities = ", ".join(f"{name} ({digest[:12]})" for name, digest in manifest["maps"].items())
     first, second = manifest["primary"]["models"]
+    named = (
+        f"- primary comparison, named before the run: discounted reward of {first} less that of "
+        f"{second}, range {manifest['primary']['range_cells']:g}"
+    )
     lines = [
         f"- {manifest['n_descriptions']} descriptions of {manifest['n_targets']} targets: {files}",
         f"- maps: {cities}",
@@ -177,10 +183,7 @@ def _what_was_run(sweeps: Sequence[Results]) -> str:
         ),
         f"- {sweeps[0].label}",
         *(f"- beside it: {sweep.label}" for sweep in sweeps[1:]),
-        (
-            f"- primary comparison, named before the run: discounted reward of {first} less that "
-            f"of {second}, range {manifest['primary']['range_cells']:g}"
-        ),
+        *([named] if first != second else []),
         f"- sloop_ppl {manifest['version']}, commit {manifest['git'] or 'unknown'}; "
         + ", ".join(f"{name} {version}" for name, version in manifest["packages"].items()),
     ]

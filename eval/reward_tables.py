@@ -172,13 +172,19 @@ def sweeps_table(sweeps: Sequence[Results]) -> Table:
         for model in models:
             rewards = sweep.rewards(model, range_cells)
             cells.append(sweep.estimate(rewards) if rewards else None)
-        both = {first, second} <= set(sweep.models) and range_cells in sweep.ranges
-        cells.append(sweep.estimate(sweep.difference(first, second, range_cells)) if both else None)
+        if first != second:
+            both = {first, second} <= set(sweep.models) and range_cells in sweep.ranges
+            gap = sweep.difference(first, second, range_cells) if both else None
+            cells.append(None if gap is None else sweep.estimate(gap))
         rows.append(tuple(cells))
     return Table(
         "sweeps",
         f"Discounted reward by planner and belief, range {range_cells:g}",
-        ("planner; relations; starts", *models, f"{first} − {second}"),
+        (
+            "planner; relations; starts",
+            *models,
+            *([f"{first} − {second}"] if first != second else []),
+        ),
         tuple(rows),
         (
             (

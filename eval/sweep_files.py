@@ -13,7 +13,7 @@ import joblib
 
 import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.eval.backends import BACKENDS
+from sloop_ppl.eval.backends import check_backend
 from sloop_ppl.eval.descriptions import DescribedScene, read_sound_descriptions
 from sloop_ppl.eval.examples import has_examples, write_examples
 from sloop_ppl.eval.facts import facts_of
@@ -51,6 +51,7 @@ class SweepRequest:
     searching : planner, simulations and the like.
     primary : the two models whose comparison, at the first range, is named before the run, as
         ``"a,b"``; by default ``bayes,sloop-m4`` where both are run, else the last and the first.
+        One model alone is compared with nothing.
     skip_bad : pass over the lines that have a fault instead of refusing them.
     workers : processes; as many as there are processors when None.
     backend, address : where the trials run.
@@ -97,7 +98,7 @@ def sweep_files(
     for name, count in (("workers", workers), ("starts", request.starts)):
         if count < 1:
             raise InputError(f"The number of {name} is {count}; expected at least 1")
-    BACKENDS[request.backend]  # refuse a wrong name at once
+    check_backend(request.backend, request.address)
     if request.cv not in (None, "city"):
         raise UnknownName("cross-validation", str(request.cv), ["city"])
     models = models_named(request.models, request.params)

@@ -115,6 +115,15 @@ def test_the_primary_comparison_is_not_corrected(seven):
     assert rest == []
 
 
+def test_one_model_alone_is_compared_with_nothing(tmp_path):
+    folder = sweep_files(request(tmp_path, models="sloop", ranges="3"))
+    sweep = read_results(folder.path)
+    made = make_report([sweep]).markdown("figures")
+    assert "rimary" not in made
+    assert "### Comparisons" not in made
+    assert sweeps_table([sweep, sweep]).head == ("planner; relations; starts", "sloop")
+
+
 def test_rewards_of_completed_searches_only():
     sweep = results([[near()]] * 4, {"sloop": [-200, 100, 300, -100], "bayes": [100] * 4})
     cells = row(reward_table(sweep), "sloop")

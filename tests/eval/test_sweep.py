@@ -179,6 +179,7 @@ def test_bad_searching():
 def test_joblib_takes_no_address(tmp_path):
     with pytest.raises(InputError, match=r"takes no address \('auto' was given\); leave"):
         sweep_files(request(tmp_path, address="auto"))
+    assert not (tmp_path / "run").exists()
 
 
 def test_parsed_relations_and_what_was_not_read(tmp_path):
