@@ -7,11 +7,21 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json, Nlp, Params
+from sloop_ppl.cli.options import Files, Json, Maps, Nlp, Params
 from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["app", "describe", "parse", "quality", "report", "search"]
 
+Gold = Annotated[
+    bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
+]
+Models = Annotated[
+    str | None, typer.Option(help="Models, separated by commas; else all.", show_default=False)
+]
+Cv = Annotated[
+    str | None,
+    typer.Option(help="city: refit parameters without the line's city.", show_default=False),
+]
 Fits = Annotated[
     Path | None,
     typer.Option(
@@ -24,12 +34,8 @@ app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", n
 
 @app.command()
 def parse(
-    files: Annotated[
-        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
-    ],
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
+    files: Files,
+    maps: Maps = None,
     parser: Annotated[
         str, typer.Option(help="rules, dependency_paths, or module:name of a parser of yours.")
     ] = "rules",
@@ -57,12 +63,8 @@ def parse(
 
 @app.command()
 def describe(
-    files: Annotated[
-        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
-    ],
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
+    files: Files,
+    maps: Maps = None,
     json: Json = False,
 ) -> None:
     """Say what is in a set: parse yield, relations, targets and descriptions."""
@@ -78,24 +80,12 @@ def describe(
 
 @app.command()
 def quality(
-    files: Annotated[
-        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
-    ],
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
-    gold: Annotated[
-        bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
-    ] = True,
-    models: Annotated[
-        str | None,
-        typer.Option(help="Models, separated by commas; else all.", show_default=False),
-    ] = None,
+    files: Files,
+    maps: Maps = None,
+    gold: Gold = True,
+    models: Models = None,
     params: Params = None,
-    cv: Annotated[
-        str | None,
-        typer.Option(help="city: refit parameters without the line's city.", show_default=False),
-    ] = None,
+    cv: Cv = None,
     fits: Fits = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
@@ -128,20 +118,11 @@ def quality(
 
 @app.command()
 def search(
-    files: Annotated[
-        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
-    ],
+    files: Files,
     out: Annotated[Path, typer.Option(help="Folder of the run; a stopped run goes on there.")],
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
-    gold: Annotated[
-        bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
-    ] = True,
-    models: Annotated[
-        str | None,
-        typer.Option(help="Models, separated by commas; else all.", show_default=False),
-    ] = None,
+    maps: Maps = None,
+    gold: Gold = True,
+    models: Models = None,
     ranges: Annotated[str, typer.Option(help="Ranges of the sensor, cells.")] = "3,4,5",
     starts: Annotated[int, typer.Option(help="Starts per target.")] = 1,
     planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "fast",
@@ -153,10 +134,7 @@ def search(
     fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
     steps: Annotated[int, typer.Option(help="Steps after which a search ends.")] = 200,
     params: Params = None,
-    cv: Annotated[
-        str | None,
-        typer.Option(help="city: refit parameters without the line's city.", show_default=False),
-    ] = None,
+    cv: Cv = None,
     fits: Fits = None,
     primary: Annotated[
         str | None,
@@ -208,9 +186,7 @@ def report(
     docs: Annotated[
         Path | None, typer.Option(help="Write one .md file instead, pictures beside it.")
     ] = None,
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
+    maps: Maps = None,
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""

@@ -7,16 +7,14 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json
+from sloop_ppl.cli.options import Files, Json, Maps
 from sloop_ppl.cli.output import print_data, print_json, progress
 
 __all__ = ["fit"]
 
 
 def fit(
-    files: Annotated[
-        list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)
-    ],
+    files: Files,
     out: Annotated[Path, typer.Option(help="The numbers to write, .json; --params reads them.")],
     models: Annotated[
         str | None,
@@ -26,9 +24,7 @@ def fit(
             show_default=False,
         ),
     ] = None,
-    maps: Annotated[
-        Path | None, typer.Option(help="Folder of map files; else the bundled maps.")
-    ] = None,
+    maps: Maps = None,
     json: Json = False,
 ) -> None:
     """Fit models with each map left out, choose inside the folds, and fit the best to all."""

@@ -9,9 +9,11 @@ import typer
 
 __all__ = [
     "Engine",
+    "Files",
     "Frames",
     "Json",
     "Map",
+    "Maps",
     "Model",
     "Nlp",
     "Params",
@@ -25,6 +27,8 @@ Text = Annotated[str, typer.Argument(help="What was said, in English.", show_def
 Map = Annotated[
     str, typer.Option("--map", help="A bundled map's name or a .geojson file.", show_default=False)
 ]
+Files = Annotated[list[Path], typer.Argument(help="Description files, .jsonl.", show_default=False)]
+Maps = Annotated[Path | None, typer.Option(help="Folder of map files; else the bundled maps.")]
 Targets = Annotated[
     Path | None,
     typer.Option(help="JSON list of {id, names, colour, kind}: the objects searched for."),
