@@ -31,6 +31,8 @@ WHEEL := build/check
 demo: $(STAMP)
 	$(BIN)/sloop demo --out out
 
+# As many processes as processors: a second thread in each would only wait for its turn.
+test: export OMP_NUM_THREADS ?= 1
 test: $(STAMP)
 	$(BIN)/python -m pytest $(PYTEST_OPTIONS)
 
