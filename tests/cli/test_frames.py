@@ -57,7 +57,7 @@ def test_train_writes_weights_that_predict_and_infer(capsys, tmp_path, towns):
         "--epochs", 1, "--descriptions", said, "--tuned", tuned,
     )  # fmt: skip
     assert "tuned: kappa" in told
-    assert list(load_parameters(tuned)["frames"]) == ["kappa", "lapse", "absolute"]
+    assert list(load_parameters(tuned)["frames"]) == ["kappa", "absolute"]
     assert out.read_bytes() == first
     told, _ = run(
         capsys, 0, "frames", "predict", towns / "town0.geojson", "--frames", out, "--json"
