@@ -12,6 +12,7 @@ import torch
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, importance, infer_description, nuts, svi
 from sloop_ppl.models import Component, ground_description, preset
+from tests.mixture import MIXTURE
 from tests.scenes import house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
@@ -106,7 +107,7 @@ def test_a_fixed_front_is_taken_whatever_its_prior():
     belief = east.belief("RedCar")
     house = CITY.grid.cell_at(12.0, -7.0)[1]
     assert belief[:, house + 1 :].sum() > 3 * belief[:, :house].sum()
-    one, _ = infer_description(what, CITY, "bayes", do={"component": "near"})
+    one, _ = infer_description(what, CITY, MIXTURE, do={"component": "near"})
     assert one.component("RedCar") == {"near": 1.0}
     with pytest.raises(InputError, match="Intervention 'cell' is unknown; expected one of frame"):
         infer_description(what, CITY, "bayes", do={"cell": 3})

@@ -9,7 +9,8 @@ import torch
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
-from sloop_ppl.models import ground_relations, preset
+from sloop_ppl.models import ground_relations
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
@@ -17,7 +18,7 @@ BEHIND = said(relation("behind", "House"))
 BOTH = said(relation("behind", "House"), relation("left", "House"), relation("near", "MainSt"))
 
 
-def posterior(description=BEHIND, model="bayes", **options):
+def posterior(description=BEHIND, model=MIXTURE, **options):
     return infer_description(description, CITY, model, **options)[0]
 
 
@@ -43,7 +44,7 @@ def test_fronts_by_cell_sum_to_the_belief(model):
 
 def test_a_front_by_cell_is_bayes_rule_by_hand():
     """One component, a front from four bins: multiply prior and truth and normalise."""
-    model = replace(preset("bayes"), components=preset("bayes").components[:1])
+    model = replace(MIXTURE, components=MIXTURE.components[:1])
     post = posterior(BEHIND, model)
     (term,) = ground_relations(BEHIND.relations, CITY)
     table = post.joint_frame(TARGET, bins=360).values.reshape(360, -1)
@@ -64,8 +65,8 @@ def test_sensing_turns_the_front():
 
 
 def test_a_lapse_keeps_the_prior_of_the_front():
-    sure = seen_east(posterior(BEHIND, replace(preset("bayes"), lapse=0.0)))
-    wary = seen_east(posterior(BEHIND, replace(preset("bayes"), lapse=0.5)))
+    sure = seen_east(posterior(BEHIND, replace(MIXTURE, lapse=0.0)))
+    wary = seen_east(posterior(BEHIND, replace(MIXTURE, lapse=0.5)))
     told = [float(np.abs(p.frame(TARGET) - p.frame(TARGET)["prior"]).sum()) for p in (sure, wary)]
     assert told[1] < 0.8 * told[0]
 
@@ -77,7 +78,7 @@ def test_a_point_stays_a_point():
 
 
 def test_a_shared_front_is_one_front():
-    model = replace(preset("bayes"), shared_frames=True)
+    model = replace(MIXTURE, shared_frames=True)
     two = said(
         relation("front", "House"),
         relation("front", "House", figure="RedBike"),
@@ -96,7 +97,7 @@ def test_a_shared_front_is_one_front():
 
 
 def test_two_shared_fronts_leave_no_gaps():
-    model = replace(preset("bayes"), shared_frames=True)
+    model = replace(MIXTURE, shared_frames=True)
     four = said(
         relation("front", "House"),
         relation("front", "MainSt"),

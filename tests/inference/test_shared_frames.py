@@ -10,13 +10,14 @@ import pytest
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import infer_description
-from sloop_ppl.models import Component, PredictedSpread, preset
+from sloop_ppl.models import Component, PredictedSpread
+from tests.mixture import MIXTURE
 from tests.scenes import house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(15), street_y=30.0)
 # A nearly flat prior over the front, so that sharing it matters.
 OWN = replace(
-    preset("bayes"),
+    MIXTURE,
     components=(Component("product"),),
     frame_prior=PredictedSpread(kappa=0.5, lapse=0.0, absolute=0.0),
 )
