@@ -70,7 +70,8 @@ def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> P
     Examples
     --------
     >>> from sloop_ppl.models import preset
-    >>> tuned = with_parameters(preset("bayes"), {"frames": {"kappa": 2}, "weights": {"at": 0.2}})
+    >>> numbers = {"frames": {"kappa": 2}, "weights": {"no-frame": 0.2}}
+    >>> tuned = with_parameters(preset("bayes"), numbers)
     >>> tuned.frame_prior.kappa
     2.0
     """

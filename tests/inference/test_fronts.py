@@ -119,7 +119,7 @@ def test_two_shared_fronts_leave_no_gaps():
             InputError,
             (
                 "Nothing that was said of 'RedCar' depends on a frame of reference under model "
-                "'bayes'; expected front, behind, left or right"
+                "'mixture'; expected front, behind, left or right"
             ),
         ),
         (
