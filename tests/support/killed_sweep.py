@@ -6,6 +6,7 @@ imported once; workers are processes of their own, as users have them.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
@@ -59,9 +60,19 @@ def wait_for_lines(folder: Path, more: int, driver: int) -> None:
         time.sleep(0.01)
 
 
-def loky_workers(driver: int) -> list[psutil.Process]:
-    found = psutil.Process(driver).children(recursive=True)
-    return [p for p in found if any("popen_loky" in word for word in p.cmdline())]
+def a_worker(driver: int, rng: random.Random) -> psutil.Process:
+    """Return one of the driver's workers; just after a kill there may be none for a moment."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        found = []
+        for child in psutil.Process(driver).children(recursive=True):
+            with contextlib.suppress(psutil.Error):  # it ended just now
+                if any("popen_loky" in word for word in child.cmdline()):
+                    found.append(child)
+        if found:
+            return rng.choice(found)
+        time.sleep(0.02)
+    raise SystemExit("no worker for a minute")
 
 
 def main(folder: Path) -> None:
@@ -78,7 +89,7 @@ def main(folder: Path) -> None:
         wait_for_lines(run, rng.randint(1, 3), driver)
         time.sleep(rng.uniform(0, 0.1))
         if victim == "worker":
-            rng.choice(loky_workers(driver)).kill()
+            a_worker(driver, rng).kill()
             kept.append(lines_in(run))
             continue
         orphans = psutil.Process(driver).children(recursive=True)
