@@ -88,7 +88,8 @@ def test_a_component_set_from_outside_comes_back():
     ],
 )
 def test_what_is_not_registered_is_named(model, part):
-    with pytest.raises(InputError, match=f"The {part} of model .mixture. is none of the"):
+    told = f"The {part} of model 'mixture' is none of the registered ones"
+    with pytest.raises(InputError, match=told):
         parts_of(model)
 
 
