@@ -13,7 +13,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.frame_labels import FrameLabel
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models.frames.image import VIEWS, context_planes
+from sloop_ppl.models.frames.image import VIEWS, pictures_of
 from sloop_ppl.models.frames.learned import padded_choices
 from sloop_ppl.models.frames.streets import facing_choices
 from sloop_ppl.rng import child
@@ -119,11 +119,9 @@ def frame_examples(
         own = child(rng, city.name, label.building)
         angles = own.uniform(0, math.pi / 2, drawings)
         shifts = [_shift(city, label.building, view, angle, own) for angle in angles]
-        drawn = [
-            context_planes(city, label.building, view, turn_rad=angle, shift_m=shift)
-            for angle, shift in zip(angles, shifts, strict=True)
-        ]
-        pictures.append((np.stack(drawn) * 255).astype(np.uint8))
+        same = [label.building] * drawings
+        drawn = pictures_of(city, same, view, turns_rad=angles, shifts_m=shifts)
+        pictures.append((drawn * 255).astype(np.uint8))
         turns.append(angles)
     choices = [facing_choices(city, label.building) for label in labels]
     bearing, features, there = padded_choices(choices)

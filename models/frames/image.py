@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from numpy.typing import ArrayLike, NDArray
 
-from sloop_ppl.maps import CityMap, Landmark
-from sloop_ppl.maps.landmark import PATH_KINDS
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models.frames.canvas import SHARPER, Strokes, drawn
+from sloop_ppl.models.frames.scenery import LEAST_WIDTH_M, scenery
+from sloop_ppl.models.frames.shapes import Shapes, laid_out, spans
 from sloop_ppl.registry import Registry
 
-__all__ = ["GREYS", "PIXELS", "PLANES", "VIEWS", "View", "context_image", "context_planes"]
+__all__ = [
+    "GREYS",
+    "PIXELS",
+    "PLANES",
+    "VIEWS",
+    "View",
+    "context_image",
+    "context_planes",
+    "pictures_of",
+]
 
 PIXELS = 28
 """Pixels a side. Source: SLOOP sec. IV-C."""
@@ -26,9 +36,7 @@ PLANES = ("ground", "streets", "paths", "buildings")
 GREYS = {"ground": 1.0, "streets": 0.7, "buildings": 0.35, "background": 0.0}
 """The four grey levels of the paper's picture; all ways are streets there."""
 
-_SHARPER = 2  # drawn so much finer, then averaged
-_DRAWN = PIXELS * _SHARPER
-_LEAST_WIDTH_M = 4.0
+_DRAWN = PIXELS * SHARPER
 
 
 @dataclass(frozen=True)
@@ -112,83 +120,96 @@ def context_planes(
     ------
     UnknownName : for another view, or a landmark that is not on the map.
     """
+    planes: NDArray[np.float32] = pictures_of(
+        city, [landmark_id], view, turns_rad=[turn_rad], shifts_m=[shift_m]
+    )[0]
+    return planes
+
+
+def pictures_of(
+    city: CityMap,
+    landmark_ids: Sequence[str],
+    view: str = "ego-ctx",
+    *,
+    turns_rad: ArrayLike = 0.0,
+    shifts_m: ArrayLike = (0.0, 0.0),
+) -> NDArray[np.float32]:
+    """Return the planes of :func:`context_planes` for N landmarks, shape (N, 4, 28, 28).
+
+    Parameters
+    ----------
+    city : the map.
+    landmark_ids : ids of the landmarks; one may come several times.
+    view : one of `VIEWS`.
+    turns_rad : the angle each scene is turned by, shape (N,), or one for all.
+    shifts_m : x and y by which each picture's middle is off, metres, shape (N, 2), or one for all.
+
+    Raises
+    ------
+    UnknownName : for another view, or a landmark that is not on the map.
+    """
     chosen = VIEWS[view]
-    landmark = city.landmark(landmark_id)
-    own = city.footprint(landmark_id)
-    middle, side = _window(city, own, chosen)
-    middle = middle + np.asarray(shift_m)
-    canvas = _Canvas(middle, side, turn_rad)
-    canvas.draw(0, own, _LEAST_WIDTH_M)
+    landmarks = [city.landmark(i) for i in landmark_ids]
+    own = np.array([city.footprint(i) for i in landmark_ids], dtype=object)
+    turn = np.broadcast_to(np.asarray(turns_rad, dtype=float), len(landmarks))
+    middle, side = _windows(city, own, chosen)
+    middle = middle + np.asarray(shifts_m)
+    scale = _DRAWN / side
+    frame = _Frame(middle @ (1, 1j), scale * (np.cos(turn) + 1j * np.sin(turn)))
+    each = np.arange(len(landmarks))
+    width = np.rint(LEAST_WIDTH_M * scale).astype(int)
+    layers = [frame.strokes(laid_out(own), each, each, np.zeros_like(each), width)]
     if chosen.context:
-        half = side / 2 * (math.sqrt(2) if turn_rad % (math.pi / 2) else 1.0)
-        box = shapely.box(*(middle - half), *(middle + half))
-        for i in city.reaching_into(box):
-            other = city.landmarks[i]
-            plane = _plane(other)
-            if plane is None or other.id in (landmark.id, landmark.within):
-                continue
-            canvas.draw(plane, other.geometry, max(other.width_m or 0.0, _LEAST_WIDTH_M))
-    return canvas.shares()
+        half = (side / 2 * np.where(turn % (math.pi / 2), math.sqrt(2), 1.0))[:, None]
+        known = scenery(city)
+        boxes = shapely.box(*(middle - half).T, *(middle + half).T)
+        picture, found = known.within(boxes, landmarks)
+        width = np.rint(known.width_m[found] * scale[picture]).astype(int)
+        layers.append(frame.strokes(known.shapes, found, picture, known.plane[found], width))
+    return drawn(layers, len(PLANES), PIXELS)
 
 
-def _window(city: CityMap, own: Any, view: View) -> tuple[NDArray[np.float64], float]:
-    """Return the middle of the picture and its side, metres."""
-    west, south, east, north = own.bounds
-    centre = np.array([own.centroid.x, own.centroid.y])
+def _windows(
+    city: CityMap, own: NDArray[np.object_], view: View
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middle of each picture, shape (N, 2), and its side, shape (N,), metres."""
+    centre = shapely.get_coordinates(shapely.centroid(own))
     if view.centred:
-        return centre, max(view.side_m, 1.6 * max(east - west, north - south))
+        west, south, east, north = shapely.bounds(own).T
+        return centre, np.maximum(view.side_m, 1.6 * np.maximum(east - west, north - south))
     grid, side = city.grid, view.side_m
-    col = math.floor((centre[0] - grid.west_m) / side)
-    row = math.floor((grid.north_m - centre[1]) / side)
-    corner = np.array([grid.west_m + col * side, grid.north_m - row * side])
-    return corner + np.array([side, -side]) / 2, side
+    tile = np.floor((centre - (grid.west_m, grid.north_m)) / side * (1, -1))
+    corner = (grid.west_m, grid.north_m) + tile * (side, -side)
+    return corner + np.array([side, -side]) / 2, np.full(len(own), side)
 
 
-def _plane(landmark: Landmark) -> int | None:
-    if landmark.kind == "building":
-        return 3
-    if landmark.kind not in PATH_KINDS:
-        return None
-    named = landmark.name is not None and landmark.kind != "pedestrian"
-    return 1 if named or landmark.kind == "street" else 2
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Where N pictures lie: their middles, and scales times turns, as complex numbers."""
 
+    middle: NDArray[np.complex128]
+    factor: NDArray[np.complex128]
 
-class _Canvas:
-    """Planes one can draw shapely geometries on."""
-
-    def __init__(self, middle: NDArray[np.float64], side_m: float, turn_rad: float) -> None:
-        scale = _DRAWN / side_m
-        cos, sin = math.cos(turn_rad) * scale, math.sin(turn_rad) * scale
-        self._matrix = np.array([[cos, sin], [-sin, cos]])
-        self._middle, self._scale = middle, scale
-        self._planes = [Image.new("L", (_DRAWN, _DRAWN)) for _ in PLANES]
-        self._pens = [ImageDraw.Draw(plane) for plane in self._planes]
-
-    def draw(self, plane: int, geometry: Any, width_m: float) -> None:
-        """Draw a geometry; a line is as wide as it is told, a point a pixel or two."""
-        pen = self._pens[plane]
-        kind = geometry.geom_type
-        if kind == "Polygon":
-            pen.polygon(self._pixels(geometry.exterior), fill=255)
-            for hole in geometry.interiors:
-                pen.polygon(self._pixels(hole), fill=0)
-        elif kind == "LineString":
-            pen.line(self._pixels(geometry), fill=255, width=max(1, round(width_m * self._scale)))
-        elif kind == "Point":
-            x, y = self._pixels(geometry)
-            pen.rectangle((x - 1, y - 1, x, y), fill=255)
-        else:
-            for part in geometry.geoms:
-                self.draw(plane, part, width_m)
-
-    def _pixels(self, geometry: Any) -> list[float]:
-        places = (shapely.get_coordinates(geometry) - self._middle) @ self._matrix + _DRAWN / 2
-        flat: list[float] = places.ravel().tolist()
-        return flat
-
-    def shares(self) -> NDArray[np.float32]:
-        """Return the planes, averaged to pixels, shape (4, 28, 28)."""
-        fine = np.stack([np.asarray(plane) for plane in self._planes]).astype(np.float32)
-        blocks = fine.reshape(len(PLANES), PIXELS, _SHARPER, PIXELS, _SHARPER)
-        shares: NDArray[np.float32] = blocks.mean((2, 4)) / np.float32(255)
-        return shares
+    def strokes(
+        self,
+        shapes: Shapes,
+        which: NDArray[np.intp],
+        picture: NDArray[np.intp],
+        plane: NDArray[np.intp],
+        width: NDArray[np.int_],
+    ) -> Strokes:
+        """Return the strokes of some geometries, each for one picture; pictures ascend."""
+        runs, run = spans(shapes.run, which)
+        points, point = spans(shapes.point, runs)
+        owner = np.repeat(np.arange(len(which)), np.diff(run))
+        at = np.repeat(picture[owner], np.diff(point))
+        places = (shapes.points[points] - self.middle[at]) * self.factor[at]
+        places += _DRAWN / 2 * (1 + 1j)
+        return Strokes(
+            run[np.searchsorted(picture, np.arange(len(self.middle) + 1))].tolist(),
+            plane[owner].tolist(),
+            shapes.kind[runs].tolist(),
+            np.maximum(width, 1)[owner].tolist(),
+            point.tolist(),
+            places.view(np.float64).tolist(),
+        )

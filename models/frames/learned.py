@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
-from sloop_ppl.models.frames.image import context_planes
+from sloop_ppl.models.frames.image import pictures_of
 from sloop_ppl.models.frames.network import DIRECTIONS
 from sloop_ppl.models.frames.predictor import FRAME_PREDICTORS, plain_front
 from sloop_ppl.models.frames.streets import FEATURES, Choices, facing_choices
@@ -109,7 +109,7 @@ def predict_fronts(
     for start in range(0, len(landmarks), _CHUNK):
         some = landmarks[start : start + _CHUNK]
         choices = [facing_choices(city, i) for i in some]
-        pictures = np.stack([context_planes(city, i, view) for i in some])
+        pictures = pictures_of(city, some, view)
         mean, kappa, weight = _answers(trained, pictures, choices)
         for i, name in enumerate(some):
             sure = _sureness(city, name, choices[i])
