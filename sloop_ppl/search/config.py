@@ -51,6 +51,9 @@ class SearchConfig:
     tree_depth : levels of the search tree that are kept in `PlanInfo`, for those who ask why.
     rollout : one of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and
         ``pomcp``, ``informed`` for ``fast``.
+    hedge : share of the belief that ``informed`` replaces by its eighth power before it plans, in
+        [0, 1]: beliefs from language are often less sure than they could be. 0 takes the belief at
+        its word.
 
     Raises
     ------
@@ -88,6 +91,7 @@ class SearchConfig:
     exploration: float = 1000.0
     tree_depth: int = 0
     rollout: str | None = None
+    hedge: float = 0.3
 
     def __post_init__(self) -> None:
         for name in COUNTS:
@@ -109,10 +113,9 @@ class SearchConfig:
             raise InputError(f"discount is {self.discount}; expected a number in (0, 1]")
         if not 0 <= self.exploration < math.inf:
             raise InputError(f"exploration is {self.exploration}; expected a number >= 0")
-        if not 0 <= self.true_positive_rate <= 1:
-            raise InputError(
-                f"true_positive_rate is {self.true_positive_rate}; expected a number in [0, 1]"
-            )
+        for name in ("true_positive_rate", "hedge"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1]")
         for name in ("false_positive_rate", "recovery_weight"):
             if not 0 <= getattr(self, name) < 1:
                 raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1)")

@@ -14,9 +14,11 @@ from sloop_ppl.search.drive import drive, no_ways
 from sloop_ppl.search.episode import PlanInfo
 from sloop_ppl.search.greedy import find_worth
 from sloop_ppl.search.ground import Worth, ground_of, reach_of
+from sloop_ppl.search.hedge import hedged
 from sloop_ppl.search.outlook import believe, outlook_of
 from sloop_ppl.search.paths import Candidates, explore, worth_of_move
 from sloop_ppl.search.sensing import HEADINGS
+from sloop_ppl.search.sightings import sightings
 from sloop_ppl.search.space import SearchSpace
 from sloop_ppl.search.trail import PathTree, Trail
 from sloop_ppl.search.values import SearchAction, SearchObservation
@@ -33,7 +35,9 @@ class InformedPlanner:
 
     Exact for one target and a sensor without noise, up to the horizon; with more targets it
     counts every target's sighting and neglects the detours after the first. A noisy sensor's
-    misses are counted, its false reports are not, except in the decision to find.
+    misses are counted, its false reports are not, except in the decision to find. Paths are
+    chosen, and valued, under the hedged belief (`hedge` of `SearchConfig`); what they are expected
+    to show is told under the belief itself.
 
     Parameters
     ----------
@@ -91,7 +95,8 @@ class InformedPlanner:
             self._sims, self._depth, self._hint(worth, pose),
         )  # fmt: skip
         path = self._best_path(last, size)
-        chances = [float(tree.gain[node]) for node in path]
+        believed = self._bordered_mass(belief, 0.0)
+        chances = self._sightings(believed, path)
         self._plan = tree.move[path]
         values = {m: self._value(worth, 0, m) for m in range(3) if tree.child[0, m] >= 0}
         info = PlanInfo(
@@ -100,10 +105,10 @@ class InformedPlanner:
             seconds=time.perf_counter() - begun,
             values={space.moves[m].name: value for m, value in values.items()},
             visits={space.moves[m].name: int(tree.visits[tree.child[0, m]]) for m in values},
-            tree=self._told(worth, 0, config.tree_depth) if config.tree_depth else None,
+            tree=self._told(worth, believed, [], config.tree_depth) if config.tree_depth else None,
             notes={
                 "path": tuple(space.moves[m].name for m in self._plan),
-                "expected_seen": tuple(chances),
+                "expected_seen": tuple(chances.tolist()),
             },
         )
         return space.moves[int(self._plan[0])], info
@@ -138,11 +143,7 @@ class InformedPlanner:
 
     def _worth(self, belief: GridBelief) -> Worth:
         config, space = belief.space.config, belief.space
-        mass = np.zeros(self._bordered)
-        for i, table in enumerate(belief.flat):
-            if not belief.robot.found >> i & 1:
-                mass[self._inner] += table.reshape(space.shape)
-        flat = mass.ravel()
+        flat = self._bordered_mass(belief, config.hedge)
         outlook = self._outlook
         blocks = np.bincount(outlook.block, weights=flat, minlength=len(outlook.mass))
         believe(outlook, blocks.astype(np.float64), space.n_cols)
@@ -155,6 +156,20 @@ class InformedPlanner:
             right=float(config.right_find_reward),
             discount=float(config.discount),
         )
+
+    def _bordered_mass(self, belief: GridBelief, hedge: float) -> NDArray[np.float64]:
+        """Return the expected number of targets left by cell of the bordered map."""
+        mass = np.zeros(self._bordered)
+        for i, table in enumerate(belief.flat):
+            if not belief.robot.found >> i & 1:
+                mass[self._inner] += hedged(table, hedge).reshape(self._space.shape)
+        return mass.ravel()
+
+    def _sightings(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
+        """Return how many targets each node of a path is expected to be the first to show."""
+        hit, seen = float(self._space.config.true_positive_rate), np.zeros(len(path))
+        sightings(self._ground, mass.copy(), hit, self._tree.pose[path], seen)
+        return seen
 
     def _hint(self, worth: Worth, pose: int) -> NDArray[np.int32]:
         """Return the rest of the last plan or, where there is none, the greedy way."""
@@ -178,9 +193,11 @@ class InformedPlanner:
             node = int(tree.parent[node])
         return path[::-1]
 
-    def _told(self, worth: Worth, node: int, depth: int) -> dict[str, Any]:
-        """Return the top of the tree as JSON values; a path goes on while nothing is seen."""
-        tree = self._tree
+    def _told(
+        self, worth: Worth, believed: NDArray[np.float64], path: list[int], depth: int
+    ) -> dict[str, Any]:
+        """Return the tree below a path as JSON values; a path goes on while nothing is seen."""
+        tree, node = self._tree, path[-1] if path else 0
         children = [int(child) for child in tree.child[node] if child >= 0] if depth else []
         return {
             "visits": int(tree.visits[node]),
@@ -188,8 +205,10 @@ class InformedPlanner:
                 self._space.actions[tree.move[child]].name: {
                     "value": self._value(worth, node, int(tree.move[child])),
                     "visits": int(tree.visits[child]),
-                    "expected_seen": float(tree.gain[child]),
-                    "after": {"nothing seen": self._told(worth, child, depth - 1)},
+                    "expected_seen": float(self._sightings(believed, [*path, child])[-1]),
+                    "after": {
+                        "nothing seen": self._told(worth, believed, [*path, child], depth - 1)
+                    },
                 }
                 for child in children
             },

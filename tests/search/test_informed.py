@@ -5,6 +5,7 @@ import pytest
 from support.small_searches import agent_of, city_of, space_of
 
 from sloop_ppl.search import SearchConfig, SearchObservation, make_planner, run_search
+from sloop_ppl.search.hedge import hedged
 from sloop_ppl.search.hindsight import STRETCH, _counted, _estimated, hindsight_bounds, known_worth
 from sloop_ppl.search.informed import InformedPlanner
 from sloop_ppl.search.outlook import believe, outlook_from, outlook_of
@@ -14,7 +15,7 @@ from sloop_ppl.search.ranking import lift_last, sink_first
 
 def expected_return(planner, belief, pose, steps=60):
     """Return what a planner earns on average over the belief, along the path that sees nothing."""
-    space = space_of(belief.shape, sims=300)
+    space = space_of(belief.shape, sims=300, hedge=0)
     agent = agent_of(space, {"A": belief}, pose, looked=False)
     chooser = make_planner(planner, space, rng=np.random.default_rng(0))
     left, total, table = 1.0, 0.0, belief.ravel() / belief.sum()
@@ -49,7 +50,7 @@ def test_two_heaps_of_belief_are_taken_in_the_order_that_pays():
     """A little on the way to a lot: greed passes by it, foresight does not lose by a look."""
     belief = np.full((9, 40), 1e-6)
     belief[4, 34], belief[4, 3] = 0.7, 0.3
-    space = space_of((9, 40), sims=500)
+    space = space_of((9, 40), sims=500, hedge=0)
     agent = agent_of(space, {"A": belief}, space.encode(4, 8, 2), looked=True)
     action, info = make_planner("fast", space, rng=np.random.default_rng(0)).plan(agent)
     assert action.name == "left"
@@ -80,7 +81,7 @@ def test_the_first_way_is_the_greedy_one(settings):
         pose = agent.belief.robot.pose
         nexts = next_poses(space)
         reach = reach_from(pose, nexts)
-        score = visible_mass(space, [table]) * 0.95**reach.steps
+        score = visible_mass(space, [hedged(table, space.config.hedge)]) * 0.95**reach.steps
         score[reach.steps < 0], score[pose] = 0.0, 0.0
         steps = 0
         for move in planner._hint(planner._worth(agent.belief), pose):
@@ -109,7 +110,9 @@ def best_of_all(space, table, pose, depth, promised):
     return best(pose, table, depth)
 
 
-@pytest.mark.parametrize("settings", [{}, {"turn_deg": 90}, {"no_fly": True, "occlusion": True}])
+@pytest.mark.parametrize(
+    "settings", [{}, {"turn_deg": 90, "hedge": 0.0}, {"no_fly": True, "occlusion": True}]
+)
 def test_the_best_of_all_paths_is_found(settings):
     rng = np.random.default_rng(2)
     walls = rng.random((9, 11)) < 0.15
@@ -129,11 +132,52 @@ def test_the_best_of_all_paths_is_found(settings):
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
         planner = InformedPlanner(space)
         _, info = planner.plan(agent)
+        table = hedged(table, space.config.hedge)
         wanted = best_of_all(space, table, agent.belief.robot.pose, 5, promised)
         assert max(info.values.values()) == pytest.approx(wanted, abs=1e-3)
         assert len(info.notes["path"]) == 5
         assert (planner._trail.factor == 1).all()
         assert (planner._trail.lost == 0).all()
+
+
+@pytest.mark.parametrize("hedge", [0.0, 0.3])
+def test_what_a_path_shows_is_told_under_the_belief_itself(hedge):
+    space = space_of((15, 15), sims=200, hedge=hedge, true_positive_rate=0.8, tree_depth=2)
+    table = np.random.default_rng(4).dirichlet(np.full(225, 0.1))
+    agent = agent_of(space, {"A": table.reshape(15, 15)}, 800)
+    action, info = InformedPlanner(space).plan(agent)
+    pose, left = agent.belief.robot.pose, table.copy()
+    moves = {move.name: move.index for move in space.moves}
+    for move, told in zip(info.notes["path"], info.notes["expected_seen"], strict=True):
+        pose = space.next_pose(moves[move], pose)
+        view = list(space.view(pose))
+        assert told == pytest.approx(0.8 * left[view].sum(), abs=1e-12)
+        left[view] *= 0.2
+    branch = info.tree["actions"][action.name]
+    assert branch["expected_seen"] == pytest.approx(info.notes["expected_seen"][0])
+    after = branch["after"]["nothing seen"]["actions"][info.notes["path"][1]]
+    assert after["expected_seen"] == pytest.approx(info.notes["expected_seen"][1])
+
+
+def test_a_hedge_finds_what_is_at_the_peak_sooner():
+    rows, cols = np.mgrid[:41, :41]
+    belief = np.exp(-((rows - 20) ** 2 + (cols - 20) ** 2) / (2 * 5.0**2))
+    city, peak = city_of(41, 41), {"A": (20 * 5 + 2.5, 20 * 5 + 2.5)}
+    earned = {
+        hedge: [
+            run_search(
+                {"A": belief},
+                city,
+                peak,
+                planner="fast",
+                config=SearchConfig(sims=300, hedge=hedge),
+                rng=np.random.default_rng(seed),
+            ).discounted_return
+            for seed in range(8)
+        ]
+        for hedge in (0.0, 0.3)
+    }
+    assert np.mean(earned[0.3]) > np.mean(earned[0.0]) + 50
 
 
 def test_ways_round_walls_are_counted():
