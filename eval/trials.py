@@ -16,7 +16,7 @@ from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.maps import CityMap
 from sloop_ppl.rng import child
 from sloop_ppl.search import SearchConfig
-from sloop_ppl.search.names import check_planner
+from sloop_ppl.search.names import NOT_SIMULATING, check_planner
 
 if TYPE_CHECKING:
     from sloop_ppl.search import Episode
@@ -160,7 +160,7 @@ class Searching:
     @property
     def label(self) -> str:
         """The planner in a few words, such as ``"fast 1000, published rollout"``."""
-        if self.planner in ("greedy", "random"):
+        if self.planner in NOT_SIMULATING:
             return self.planner
         rollout = f", {self.rollout} rollout" if self.rollout else ""
         return f"{self.planner} {self.sims}{rollout}"

@@ -42,7 +42,7 @@ def replay_report(
     city = _map_of(episode, map_name)
     draw_episode(episode, city, figure, animation)
     saved = json.loads(path.read_text(encoding="utf-8"))
-    named = {key: saved[key] for key in ("map", "model", "planner", "seed") if key in saved}
+    named = {key: saved[key] for key in ("map", "model", "planner", "seed", "said") if key in saved}
     return {**named, **episode.to_json()}, outcome_line(episode)
 
 

@@ -190,22 +190,22 @@ def _check_outputs(request: SearchRequest) -> None:
 
 
 def _named(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> dict[str, Any]:
+    said = {str(step): d.text for step, d in episode.said.items()}
     return {
         "map": episode.map_name,
         "model": posterior.model.name,
         "planner": episode.planner,
         "seed": request.seed,
+        **({"said": said} if said else {}),
     }
 
 
 def _write(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> None:
     if request.out:
-        said = {str(step): d.text for step, d in episode.said.items()}
         write_episode(
             replace(episode, beliefs=()) if not request.animation else episode,
             request.out,
             **_named(request, posterior, episode),
-            **({"said": said} if said else {}),
         )
     if request.posterior_out and episode.posterior is not None:
         episode.posterior.save(request.posterior_out)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sloop_ppl.cli.given import unused_options
 from sloop_ppl.cli.options import Files, Json, Maps, Nlp, Params
 from sloop_ppl.cli.output import print_data, print_json, progress
 
@@ -118,6 +119,7 @@ def quality(
 
 @app.command()
 def search(
+    context: typer.Context,
     files: Files,
     out: Annotated[Path, typer.Option(help="Folder of the run; a stopped run goes on there.")],
     maps: Maps = None,
@@ -158,6 +160,8 @@ def search(
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
+    for line in unused_options(context, planner):
+        progress(line)
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sloop_ppl.cli.given import given, option, unused_options
 from sloop_ppl.cli.options import Engine, Frames, Json, Model, Params, Prior, Targets, Variant
 from sloop_ppl.cli.output import print_data, print_json, progress
 from sloop_ppl.errors import InputError
@@ -109,34 +110,27 @@ def search(
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
         tree=tree, tree_step=tree_step, figure=figure, animation=animation,
     )  # fmt: skip
+    for line in unused_options(context, planner):
+        progress(line)
     lines = run_request(request, tell=progress)
     print_json(lines.report) if json else print_data(*lines.summary)
 
 
-def _given(context: typer.Context) -> list[str]:
-    """Return the names of the parameters that were typed."""
-    return [n for n in context.params if str(context.get_parameter_source(n)).endswith("LINE")]
-
-
-def _option(name: str) -> str:
-    return "TEXT" if name == "text" else f"--{name.strip('_').replace('_', '-')}"
-
-
 def _only(context: typer.Context, *names: str) -> None:
     """Refuse what does not go with ``--replay``."""
-    for name in _given(context):
+    for name in given(context):
         if name not in names:
             raise InputError(
-                f"{_option(name)} does not go with --replay; leave it out: an episode is drawn as "
+                f"{option(name)} does not go with --replay; leave it out: an episode is drawn as "
                 "it was"
             )
 
 
 def _not_with_posterior(context: typer.Context) -> None:
     """Refuse what would be inferred otherwise than the saved posterior was."""
-    for name in _given(context):
+    for name in given(context):
         if name in ("model", "variant", "engine", "frames", "params", "prior", "targets"):
             raise InputError(
-                f"{_option(name)} does not go with --posterior; leave it out: a saved posterior "
+                f"{option(name)} does not go with --posterior; leave it out: a saved posterior "
                 "keeps its own"
             )

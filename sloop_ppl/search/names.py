@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from sloop_ppl.errors import UnknownName
 
-__all__ = ["PLANNER_NAMES", "check_planner", "list_planners"]
+__all__ = ["NOT_SIMULATING", "PLANNER_NAMES", "check_planner", "list_planners"]
 
 PLANNER_NAMES = ("pouct", "pomcp", "fast", "greedy", "random")
 """Every planner, in the order in which they are listed."""
+
+NOT_SIMULATING = ("greedy", "random")
+"""Those that run no simulations, so that their number and their rollout say nothing."""
 
 
 def list_planners() -> list[str]:

@@ -56,6 +56,20 @@ def test_words_on_the_way_are_told_and_kept(tmp_path, capsys):
     assert told["said"] == {"0": "it is south of velvet dog", "1": "it is near the hat factory"}
     assert told["map"] == "cleveland"
     assert told["model"] == "bayes"
+    again, _ = run(capsys, "search", "--replay", out, "--json")
+    assert json.loads(again)["said"] == told["said"]
+
+
+@pytest.mark.parametrize("planner", ["greedy", "random"])
+def test_settings_of_simulations_are_said_to_go_unused(capsys, planner):
+    short = [*SEARCH, "--steps", "1", "--planner", planner]
+    _, err = run(capsys, *short, "--sims", "50", "--rollout", "published")
+    assert [line for line in err.splitlines() if line.startswith("note:")] == [
+        f"note: planner '{planner}' runs no simulations, so --{name} is not used"
+        for name in ("sims", "rollout")
+    ]
+    _, err = run(capsys, *short)
+    assert "note:" not in err
 
 
 def test_an_explanation_marks_what_was_chosen(capsys):
