@@ -15,7 +15,7 @@ from sloop_ppl.inference.frame_labels import FrameLabel
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.frames.image import VIEWS, pictures_of
 from sloop_ppl.models.frames.learned import padded_choices
-from sloop_ppl.models.frames.streets import facing_choices
+from sloop_ppl.models.frames.streets import choices_of
 from sloop_ppl.rng import child
 
 __all__ = ["Batch", "FrameExamples", "frame_examples", "joined"]
@@ -123,7 +123,7 @@ def frame_examples(
         drawn = pictures_of(city, same, view, turns_rad=angles, shifts_m=shifts)
         pictures.append((drawn * 255).astype(np.uint8))
         turns.append(angles)
-    choices = [facing_choices(city, label.building) for label in labels]
+    choices = choices_of(city, [label.building for label in labels])
     bearing, features, there = padded_choices(choices)
     return FrameExamples(
         torch.from_numpy(np.stack(pictures)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,10 +60,10 @@ def drawn(layers: Sequence[Strokes], planes: int, pixels: int) -> NDArray[np.flo
         read += [image.tobytes() for image in images]
     fine = np.frombuffer(b"".join(read), np.uint8)
     fine = fine.reshape(count, planes, pixels, SHARPER, pixels, SHARPER)
-    covered = np.zeros((count, planes, pixels, pixels), np.uint8)
-    for row, col in product(range(SHARPER), repeat=2):
-        covered += fine[:, :, :, row, :, col]
-    return covered * np.float32(1 / SHARPER**2)
+    rows = reduce(np.add, (fine[:, :, :, row] for row in range(SHARPER)))
+    covered = reduce(np.add, (rows[..., col] for col in range(SHARPER)))
+    shares: NDArray[np.float32] = covered * np.float32(1 / SHARPER**2)
+    return shares
 
 
 def _draw(pens: Sequence[ImageDraw.ImageDraw], strokes: Strokes, first: int, end: int) -> None:

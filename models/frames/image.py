@@ -151,11 +151,11 @@ def pictures_of(
     chosen = VIEWS[view]
     landmarks = [city.landmark(i) for i in landmark_ids]
     own = np.array([city.footprint(i) for i in landmark_ids], dtype=object)
-    turn = np.broadcast_to(np.asarray(turns_rad, dtype=float), len(landmarks))
+    turn = np.zeros(len(landmarks)) + np.asarray(turns_rad, dtype=float)
     middle, side = _windows(city, own, chosen)
     middle = middle + np.asarray(shifts_m)
     scale = _DRAWN / side
-    frame = _Frame(middle @ (1, 1j), scale * (np.cos(turn) + 1j * np.sin(turn)))
+    frame = _Frame(middle.view(np.complex128)[:, 0], scale * (np.cos(turn) + 1j * np.sin(turn)))
     each = np.arange(len(landmarks))
     width = np.rint(LEAST_WIDTH_M * scale).astype(int)
     layers = [frame.strokes(laid_out(own), each, each, np.zeros_like(each), width)]
@@ -201,8 +201,8 @@ class _Frame:
         """Return the strokes of some geometries, each for one picture; pictures ascend."""
         runs, run = spans(shapes.run, which)
         points, point = spans(shapes.point, runs)
-        owner = np.repeat(np.arange(len(which)), np.diff(run))
-        at = np.repeat(picture[owner], np.diff(point))
+        owner = np.repeat(np.arange(len(which)), run[1:] - run[:-1])
+        at = np.repeat(picture[owner], point[1:] - point[:-1])
         places = (shapes.points[points] - self.middle[at]) * self.factor[at]
         places += _DRAWN / 2 * (1 + 1j)
         return Strokes(

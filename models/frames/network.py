@@ -17,6 +17,8 @@ DIRECTIONS = 24
 """Directions that the picture itself speaks for, the first east, anticlockwise."""
 
 _KAPPA_RANGE = (0.5, 1000.0)
+_TURNS = 4
+_AT_ONCE = 32  # so many pictures in their four turns stay in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,9 @@ class FrameNetwork(nn.Module):
     to what a small network says of their facts. That sum does not depend on the order of streets.
     """
 
+    directions: Tensor
+    turned: Tensor
+
     def __init__(self, shape: NetworkShape) -> None:
         super().__init__()
         self.shape = shape
@@ -96,6 +101,10 @@ class FrameNetwork(nn.Module):
         )
         self.log_kappa = nn.Parameter(torch.tensor([math.log(8.0), math.log(100.0)]))
         self.angle_lapse = nn.Parameter(torch.tensor(-2.0), requires_grad=False)
+        at = torch.arange(DIRECTIONS, dtype=torch.float32)
+        turn = torch.arange(_TURNS)[:, None] * (DIRECTIONS // _TURNS)
+        self.register_buffer("directions", at * (2 * math.pi / DIRECTIONS), persistent=False)
+        self.register_buffer("turned", (at.long() + turn) % DIRECTIONS, persistent=False)
 
     def forward(
         self, pictures: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
@@ -109,29 +118,64 @@ class FrameNetwork(nn.Module):
         features : facts of the streets, shape (N, C, F).
         there : False where a row has fewer than C streets, shape (N, C).
         """
-        told = self.dense(self.look(self._seen(pictures)))
+        return self._mixture(
+            self.dense(self.look(self._seen(pictures))), bearing_rad, features, there
+        )
+
+    def averaged(
+        self, pictures: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
+    ) -> Outputs:
+        """Return the mixture of each landmark, its picture seen in its four quarter turns.
+
+        An angle network gives four parts, one for each turn; another gives the mean of the four
+        mixtures. It takes what `forward` does.
+        """
+        told = torch.cat([self._turned(some) for some in self._seen(pictures).split(_AT_ONCE)], 1)
+        made = self._mixture(told, bearing_rad, features, there)
+        if not self.shape.angle:
+            weight = made.log_weight.exp().mean(0).log()
+            return Outputs(made.mean_rad, made.kappa, weight)
+        share = made.log_weight[:, :, 0].T - math.log(_TURNS)
+        lapse = made.log_weight[0, :, 1:]
+        return Outputs(made.mean_rad[..., 0].T, made.kappa[..., 0].T, torch.cat([share, lapse], 1))
+
+    def _turned(self, seen: Tensor) -> Tensor:
+        """Return what is told of the quarter turns, as directions of what is not turned."""
+        rows = seen.permute(0, 2, 3, 1).contiguous()  # channels last takes a third of the time
+        turned = torch.cat([torch.rot90(rows, -turn, (1, 2)) for turn in range(_TURNS)])
+        told: Tensor = self.dense(self.look(turned.permute(0, 3, 1, 2)))
+        told = told.unflatten(0, (_TURNS, -1))
+        if self.shape.angle:
+            quarters = [(1, 0, 0, 1), (0, -1, 1, 0), (-1, 0, 0, -1), (0, 1, -1, 0)]
+            return told @ told.new_tensor(quarters).reshape(_TURNS, 2, 2)
+        back = self.turned[:, None].expand(-1, len(seen), -1)
+        return torch.cat([told.gather(-1, back), told[..., DIRECTIONS:]], -1)
+
+    def _mixture(
+        self, told: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
+    ) -> Outputs:
+        """Return the mixtures for what the pictures tell, shape (N, ...) or (T, N, ...)."""
         low, high = _KAPPA_RANGE
         kappa = self.log_kappa.exp().clamp(low, high)
         if self.shape.angle:
-            mean = torch.atan2(told[:, 1:], told[:, :1])
-            flat = torch.zeros_like(told[:, :1])
-            weights = torch.log_softmax(torch.cat([flat, flat + self.angle_lapse], 1), 1)
+            mean = torch.atan2(told[..., 1:], told[..., :1])
+            flat = torch.zeros_like(mean)
+            weights = torch.log_softmax(torch.cat([flat, flat + self.angle_lapse], -1), -1)
             return Outputs(mean, kappa[0].expand_as(mean), weights)
-        at = torch.arange(DIRECTIONS, dtype=told.dtype, device=told.device)
-        directions = (at * (2 * math.pi / DIRECTIONS)).expand(len(told), -1)
-        logits, mean, spread = told[:, :DIRECTIONS], directions, kappa[0].expand_as(directions)
-        lapse = told[:, DIRECTIONS : DIRECTIONS + 1]
+        directions = self.directions.expand(told.shape[-2], -1)
+        logits, mean, spread = told[..., :DIRECTIONS], directions, kappa[0].expand_as(directions)
+        lapse = told[..., DIRECTIONS : DIRECTIONS + 1]
         if self.weigh is not None:
             alike = torch.cos(bearing_rad[..., None] - directions[:, None, :])
-            liked = (torch.softmax(12.0 * alike, -1) * logits[:, None, :]).sum(-1)
+            liked = (torch.softmax(12.0 * alike, -1) * logits[..., None, :]).sum(-1)
             scores = self.weigh(features)[..., 0] + liked
             scores = scores.masked_fill(~there, -math.inf)
-            free = logits - 3.0 + told[:, DIRECTIONS + 1 :]
-            logits = torch.cat([free, scores], 1)
+            free = logits - 3.0 + told[..., DIRECTIONS + 1 :]
+            logits = torch.cat([free, scores], -1)
             mean = torch.cat([directions, bearing_rad], 1)
             spread = torch.cat([spread, kappa[1].expand_as(bearing_rad)], 1)
             lapse = lapse - 3.0
-        return Outputs(mean, spread, torch.log_softmax(torch.cat([logits, lapse], 1), 1))
+        return Outputs(mean, spread, torch.log_softmax(torch.cat([logits, lapse], -1), -1))
 
     def _seen(self, pictures: Tensor) -> Tensor:
         """Return what the first convolution takes: four planes, the ground alone, or one grey."""

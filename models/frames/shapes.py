@@ -40,14 +40,14 @@ class Shapes:
 def laid_out(geometries: NDArray[np.object_]) -> Shapes:
     """Return the runs of points that some geometries, those of several parts too, are made of."""
     parts, owner = geometries, np.arange(len(geometries))
-    while (shapely.get_type_id(parts) >= _MULTIPOINT).any():
+    while ((types := shapely.get_type_id(parts)) >= _MULTIPOINT).any():
         parts, within = shapely.get_parts(parts, return_index=True)
         owner = owner[within]
-    types = shapely.get_type_id(parts)
     areas, others = np.flatnonzero(types == _POLYGON), np.flatnonzero(types != _POLYGON)
     rings, of_area = shapely.get_rings(parts[areas], return_index=True)
     part = np.concatenate([areas[of_area], others])
-    hole = np.diff(of_area, prepend=-1) == 0
+    hole = np.zeros(len(rings), dtype=bool)
+    hole[1:] = of_area[1:] == of_area[:-1]
     kind = np.concatenate([
         np.where(hole, HOLE, AREA), np.where(types[others] == _POINT, DOT, LINE)
     ])  # fmt: skip

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -11,8 +13,9 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
+from sloop_ppl.models.frames.walls import Walls
 
-__all__ = ["FEATURES", "Choices", "facing_choices"]
+__all__ = ["FEATURES", "Choices", "choices_of", "facing_choices"]
 
 FEATURES = (
     "nearest", "nearest named", "wall distance", "distance over nearest", "log distance",
@@ -49,7 +52,7 @@ class _Ways:
 
     geometry: NDArray[np.object_]
     tree: shapely.STRtree
-    ids: tuple[str, ...]
+    number: dict[str, int]
     street: NDArray[np.int_]
     told: NDArray[np.float32]
     named: NDArray[np.bool_]
@@ -61,7 +64,7 @@ class _Houses:
 
     tree: shapely.STRtree
     centres: shapely.STRtree
-    ids: tuple[str, ...]
+    number: dict[str | None, int]
     street: NDArray[np.int_]
 
 
@@ -79,37 +82,42 @@ def facing_choices(city: CityMap, landmark_id: str) -> Choices:
         Pieces of one name are one street. The nearest way is always there, others within 80 m
         of the wall; none on a map without ways.
     """
+    return choices_of(city, [landmark_id])[0]
+
+
+def choices_of(city: CityMap, landmark_ids: Sequence[str]) -> list[Choices]:
+    """Return what :func:`facing_choices` does of each of some landmarks."""
     ways = city.derived("frame ways", lambda: _ways(city))
-    own = city.footprint(landmark_id)
-    centre = own.centroid
-    near = _near(ways, own, centre, landmark_id)
-    foot = shapely.get_coordinates(shapely.shortest_line(centre, ways.geometry[near]))[1::2]
-    offset = foot - (centre.x, centre.y)
-    distance = np.hypot(offset[:, 0], offset[:, 1])
-    keep = _one_per_street(ways.street[near], distance)
-    if not len(keep):
-        return Choices(np.zeros(0), np.zeros((0, len(FEATURES)), np.float32), np.zeros(0))
-    near, foot, offset, distance = near[keep], foot[keep], offset[keep], distance[keep]
-    bearing = np.arctan2(offset[:, 1], offset[:, 0])
-    wall = shapely.distance(own, ways.geometry[near])
-    named = ways.named[near]
-    nearest_named = np.zeros(len(near), dtype=bool)
-    if named.any():
-        nearest_named[np.flatnonzero(named)[0]] = True
     houses = city.derived("frame houses", lambda: _houses(city, ways))
+    own = np.array([city.footprint(i) for i in landmark_ids], dtype=object)
+    centre = shapely.centroid(own)
+    who, way = _near(ways, own, centre, landmark_ids)
+    sight = shapely.shortest_line(centre[who], ways.geometry[way])
+    ends = shapely.get_coordinates(sight).view(np.complex128).reshape(-1, 2)
+    offset = ends[:, 1] - ends[:, 0]
+    distance = np.hypot(offset.real, offset.imag)
+    keep = _one_per_street(who, who * len(ways.street) + ways.street[way], distance)
+    who, way, sight, distance = who[keep], way[keep], sight[keep], distance[keep]
+    bearing = np.angle(offset[keep])
+    first = np.searchsorted(who, who)
+    rank = np.arange(len(who)) - first
+    named = np.flatnonzero(ways.named[way])
+    nearest_named = np.zeros(len(who), dtype=bool)
+    nearest_named[named[np.unique(who[named], return_index=True)[1]]] = True
     features = np.column_stack([
-        np.arange(len(near)) == 0,
+        rank == 0,
         nearest_named,
-        np.minimum(wall / 40, 3),
-        np.minimum(distance / max(distance[0], 1.0) - 1, 4) / 2,
+        np.minimum(shapely.distance(own[who], ways.geometry[way]) / 40, 3),
+        np.minimum(distance / np.maximum(distance[first], 1.0) - 1, 4) / 2,
         np.log(np.maximum(distance, 1)) / 4,
-        ways.told[near],
-        _seen(houses, centre, foot, landmark_id, city.landmark(landmark_id).within),
-        *_walls(own, bearing),
-        _share(houses, centre, ways.street[near], landmark_id),
-        np.arange(len(near)) == 1,
-    ])  # fmt: skip
-    return Choices(bearing, features.astype(np.float32), distance)
+        ways.told[way],
+        _seen(city, houses, landmark_ids, who, sight),
+        *Walls.of(own).seen_from(who, bearing),
+        _share(houses, landmark_ids, centre, who, ways.street[way]),
+        rank == 1,
+    ]).astype(np.float32)  # fmt: skip
+    start = np.searchsorted(who, np.arange(len(own) + 1)).tolist()
+    return [Choices(bearing[i:j], features[i:j], distance[i:j]) for i, j in pairwise(start)]
 
 
 def _ways(city: CityMap) -> _Ways:
@@ -132,7 +140,7 @@ def _ways(city: CityMap) -> _Ways:
     return _Ways(
         geometry,
         shapely.STRtree(geometry),
-        tuple(way.id for way in ways),
+        {way.id: i for i, way in enumerate(ways)},
         np.array(street, dtype=int),
         np.array(told, dtype=np.float32).reshape(len(ways), 6),
         np.array([way.name is not None for way in ways], dtype=bool),
@@ -152,72 +160,81 @@ def _houses(city: CityMap, ways: _Ways) -> _Houses:
     return _Houses(
         shapely.STRtree(geometry),
         shapely.STRtree(centres),
-        tuple(house.id for house in houses),
+        {house.id: i for i, house in enumerate(houses)},
         street,
     )
 
 
 def _near(
-    ways: _Ways, own: shapely.Geometry, centre: shapely.Point, landmark_id: str
-) -> NDArray[np.int_]:
-    """Return the ways within reach, and the nearest one whatever its distance."""
-    if not len(ways.ids):
-        return np.zeros(0, dtype=int)
+    ways: _Ways,
+    own: NDArray[np.object_],
+    centre: NDArray[np.object_],
+    landmark_ids: Sequence[str],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return pairs of a landmark and a way within its reach, or the nearest whatever its distance.
+
+    They are sorted; no landmark is paired with itself.
+    """
     within = ways.tree.query(own, predicate="dwithin", distance=_REACH_M)
-    found = np.union1d(within, ways.tree.query_nearest(centre))
-    return np.array([i for i in found if ways.ids[i] != landmark_id], dtype=int)
+    found = np.concatenate([within, ways.tree.query_nearest(centre)], 1)
+    who, way = np.divmod(np.unique(found[0] * len(ways.street) + found[1]), len(ways.street))
+    other = way != np.array([ways.number.get(i, -1) for i in landmark_ids])[who]
+    return who[other], way[other]
 
 
-def _one_per_street(street: NDArray[np.int_], distance: NDArray[np.float64]) -> NDArray[np.int_]:
-    """Return the nearest piece of each street that does not run through the centroid."""
-    order = np.argsort(distance, kind="stable")
+def _one_per_street(
+    who: NDArray[np.intp], whose: NDArray[np.intp], distance: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Return the pairs to keep, by landmark and then nearest first.
+
+    Of those with the same number, a landmark's street, it is the nearest piece that does not run
+    through the centroid.
+    """
+    order = np.lexsort((distance, who))
     order = order[distance[order] > 1e-6]
-    _, first = np.unique(street[order], return_index=True)
-    return order[np.sort(first)][:_MOST]
+    _, first = np.unique(whose[order], return_index=True)
+    order = order[np.sort(first)]
+    rank = np.arange(len(order)) - np.searchsorted(who[order], who[order])
+    return order[rank < _MOST]
 
 
 def _seen(
+    city: CityMap,
     houses: _Houses,
-    centre: shapely.Point,
-    foot: NDArray[np.float64],
-    landmark_id: str,
-    within: str | None,
+    landmark_ids: Sequence[str],
+    who: NDArray[np.intp],
+    sight: NDArray[np.object_],
 ) -> NDArray[np.float64]:
     """Return 1 where no other building stands between the landmark and a street, shape (C,)."""
-    starts = np.broadcast_to((centre.x, centre.y), foot.shape)
-    sights = shapely.linestrings(np.stack([starts, foot], 1))
-    seen = np.ones(len(foot))
-    which, house = houses.tree.query(sights, predicate="crosses")
-    for i, j in zip(which, house, strict=True):
-        if houses.ids[j] not in (landmark_id, within):
-            seen[i] = 0.0
+    own = np.array([houses.number.get(i, -1) for i in landmark_ids])
+    holder = np.array([houses.number.get(city.landmark(i).within, -1) for i in landmark_ids])
+    which, house = houses.tree.query(sight, predicate="intersects")
+    other = (house != own[who[which]]) & (house != holder[who[which]])
+    which, house = which[other], house[other]
+    seen = np.ones(len(who))
+    while len(which):  # one house a sight at a time: the first mostly hides the street
+        at, first = np.unique(which, return_index=True)
+        seen[at[shapely.crosses(sight[at], houses.tree.geometries[house[first]])]] = 0.0
+        left = seen[which] > 0
+        left[first] = False
+        which, house = which[left], house[left]
     return seen
 
 
-def _walls(
-    own: shapely.Geometry, bearing: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how square each direction is to the walls, and how narrow the side it looks from."""
-    corners = shapely.get_coordinates(own)
-    walls = np.diff(corners, axis=0)
-    long = np.hypot(walls[:, 0], walls[:, 1])
-    if len(corners) < 3 or not long.sum():
-        return np.zeros(len(bearing)), np.zeros(len(bearing))
-    turn = np.exp(4j * np.arctan2(walls[:, 1], walls[:, 0]))
-    axis = np.angle((long * turn).sum()) / 4
-    square = np.cos(4 * (bearing - axis))
-    along = corners @ np.stack([np.cos(bearing), np.sin(bearing)])
-    across = corners @ np.stack([-np.sin(bearing), np.cos(bearing)])
-    return square, np.log(np.maximum(np.ptp(along, 0), 1) / np.maximum(np.ptp(across, 0), 1))
-
-
 def _share(
-    houses: _Houses, centre: shapely.Point, street: NDArray[np.int_], landmark_id: str
+    houses: _Houses,
+    landmark_ids: Sequence[str],
+    centre: NDArray[np.object_],
+    who: NDArray[np.intp],
+    street: NDArray[np.int_],
 ) -> NDArray[np.float64]:
     """Return the share of the buildings nearby that are nearest to each street, shape (C,)."""
-    near = houses.centres.query(centre, predicate="dwithin", distance=_NEIGHBOURS_M)
-    theirs = [houses.street[i] for i in near if houses.ids[i] != landmark_id]
-    if not theirs:
-        return np.full(len(street), 0.5)
-    found: NDArray[np.float64] = (np.array(theirs)[None, :] == street[:, None]).mean(1)
-    return found
+    near, house = houses.centres.query(centre, predicate="dwithin", distance=_NEIGHBOURS_M)
+    other = house != np.array([houses.number.get(i, -1) for i in landmark_ids])[near]
+    near, theirs = near[other], houses.street[house[other]]
+    streets = max(street.max(initial=0), houses.street.max(initial=0)) + 2
+    given = np.sort(near * streets + theirs + 1)  # a house without a street has -1
+    asked = who * streets + street + 1
+    count = np.searchsorted(given, asked, "right") - np.searchsorted(given, asked)
+    total = np.bincount(near, minlength=len(centre))[who]
+    return np.where(total > 0, count / np.maximum(total, 1), 0.5)

@@ -12,8 +12,8 @@ from support.facing_block import facing_town
 from sloop_ppl.errors import UnknownName
 from sloop_ppl.maps import CityMap, Grid, Landmark
 from sloop_ppl.models.frames import context_image, context_planes
-from sloop_ppl.models.frames.image import GREYS, PIXELS, PLANES, VIEWS
-from sloop_ppl.models.frames.streets import FEATURES, facing_choices
+from sloop_ppl.models.frames.image import GREYS, PIXELS, PLANES, VIEWS, pictures_of
+from sloop_ppl.models.frames.streets import FEATURES, choices_of, facing_choices
 from tests.scenes import point_city, symmetric_grid
 
 GRID = Grid.square(200.0)
@@ -179,3 +179,85 @@ def test_a_way_is_no_choice_of_its_own_and_one_through_the_centroid_is_none():
     through = city(house("House", 0, 0), street("Passage", (-50, 0), (50, 0)))
     assert len(facing_choices(through, "House").bearing_rad) == 0
     assert len(facing_choices(through, "Passage").bearing_rad) == 0
+
+
+PATHS = shapely.MultiLineString([[(0, -30), (9, -30)], [(0, -50), (9, -60)]])
+YARD = shapely.Polygon(
+    shapely.box(-60, 40, -20, 80).exterior, [shapely.box(-50, 50, -30, 70).exterior]
+)
+MIXED = city(
+    house("House", 0, 0),
+    Landmark("Yard", "building", YARD),
+    Landmark("Wings", "building", shapely.MultiPolygon([shapely.box(40, 30, 60, 40), YARD])),
+    Landmark("Cafe", "poi", shapely.Point(1, 1), within="House"),
+    Landmark("Pole", "poi", shapely.Point(20, -40)),
+    Landmark("Far", "building", shapely.box(-2000, -2000, -1980, -1990)),
+    Landmark("Plaza", "pedestrian", shapely.GeometryCollection([shapely.Point(30, -30), PATHS])),
+    street("Main", (-99, -20), (99, -20), called="Main Street"),
+    street("Lane", (-20, -99), (-20, 99), kind="service"),
+)  # fmt: skip
+MIXED_IDS = [landmark.id for landmark in MIXED.landmarks]
+
+
+@pytest.mark.parametrize("view", ["ego-ctx", "ctx", "ego"])
+def test_many_pictures_are_those_drawn_one_by_one(view):
+    turns = np.linspace(0, 3, len(MIXED_IDS))
+    shifts = np.stack([3 * turns, -turns], 1)
+    many = pictures_of(MIXED, MIXED_IDS, view, turns_rad=turns, shifts_m=shifts)
+    for i, name in enumerate(MIXED_IDS):
+        one = context_planes(MIXED, name, view, turn_rad=turns[i], shift_m=tuple(shifts[i]))
+        np.testing.assert_array_equal(many[i], one)
+    again = pictures_of(MIXED, ["Pole", "House", "Pole"], view)
+    np.testing.assert_array_equal(again[0], again[2])
+    np.testing.assert_array_equal(again[1], context_planes(MIXED, "House", view))
+
+
+def test_the_streets_around_many_are_those_around_each():
+    for name, choices in zip(MIXED_IDS, choices_of(MIXED, MIXED_IDS), strict=True):
+        one = facing_choices(MIXED, name)
+        np.testing.assert_array_equal(choices.distance_m, one.distance_m)
+        np.testing.assert_allclose(choices.bearing_rad, one.bearing_rad, atol=1e-12)
+        np.testing.assert_allclose(choices.features, one.features, atol=1e-6)
+
+
+def test_of_none_there_is_no_picture_and_no_street():
+    assert pictures_of(MIXED, []).shape == (0, 4, 28, 28)
+    assert choices_of(MIXED, []) == []
+
+
+def test_what_stands_alone_is_drawn_alone():
+    planes = context_planes(MIXED, "Far")
+    assert planes[0].sum() > 0
+    assert planes[1:].sum() == 0
+
+
+def test_the_building_a_poi_stands_in_is_its_ground_alone():
+    ground, _, _, buildings = context_planes(MIXED, "Cafe")
+    np.testing.assert_array_equal(ground, context_planes(MIXED, "House")[0])
+    assert not (buildings * ground).any()
+
+
+def test_a_courtyard_is_left_out_and_all_parts_are_drawn():
+    ground = context_planes(MIXED, "Yard")[0]
+    middle = slice(PIXELS // 2 - 2, PIXELS // 2 + 2)
+    assert ground[middle, middle].sum() == 0
+    assert ground[:, middle].max() == 1
+    pixel = (VIEWS["ctx"].side_m / PIXELS) ** 2
+    wings = context_planes(MIXED, "Wings", "ctx")[0].sum() * pixel
+    assert wings == pytest.approx(YARD.area + 20 * 10, rel=0.4)
+    assert context_planes(MIXED, "Pole")[PLANES.index("paths")].sum() > 0  # the plaza's
+
+
+def test_walls_tell_the_narrow_side_and_what_is_square_to_it():
+    shed = city(
+        Landmark("Shed", "building", shapely.box(-5, -20, 5, 20)),
+        street("South", (-90, -40), (90, -40), called="South Street"),
+        street("East", (30, -90), (30, 90), called="East Street"),
+    )
+    choices = facing_choices(shed, "Shed")
+    assert np.degrees(choices.bearing_rad) == pytest.approx([0, -90])
+    narrow = choices.features[:, COLUMN["towards narrow side"]]
+    assert narrow == pytest.approx([math.log(10 / 40), math.log(40 / 10)])
+    assert choices.features[:, COLUMN["square to walls"]] == pytest.approx([1, 1])
+    pole = city(Landmark("Pole", "poi", shapely.Point(0, 0)), *shed.landmarks[1:])
+    assert not facing_choices(pole, "Pole").features[:, COLUMN["square to walls"]].any()

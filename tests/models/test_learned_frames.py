@@ -25,7 +25,8 @@ from sloop_ppl.models.frames import (
     save_weights,
 )
 from sloop_ppl.models.frames.learned import predict_fronts, shipped_weights
-from sloop_ppl.models.frames.network import FrameNetwork, NetworkShape
+from sloop_ppl.models.frames.mixtures import merged_first
+from sloop_ppl.models.frames.network import FrameNetwork, NetworkShape, log_density
 from sloop_ppl.models.frames.weights import TrainedFrames
 from tests.scenes import point_city, symmetric_grid
 
@@ -67,6 +68,65 @@ def test_the_order_in_which_landmarks_are_asked_for_is_irrelevant():
     backward = predict_fronts(trained, city, ids[::-1])[::-1]
     for one, two in zip(forward, backward, strict=True):
         np.testing.assert_allclose(one.binned(24), two.binned(24), atol=1e-5)
+
+
+def test_many_predictions_are_those_made_one_by_one():
+    """More than are predicted at once: houses, a poi, streets and what has no surroundings."""
+    denver = load_map("denver")
+    far = Landmark("Far", "building", shapely.box(4000, 4000, 4010, 4020))
+    city = CityMap("more", denver.grid, (*denver.landmarks, far))
+    ids = [landmark.id for landmark in city.landmarks]
+    trained = load_weights(shipped_weights("ego-ctx"))
+    many = predict_fronts(trained, city, ids * 6)
+    for name, *found in zip(ids, many, many[-len(ids) :], strict=False):
+        (one,) = predict_fronts(trained, city, [name])
+        for front in found:
+            np.testing.assert_allclose(front.binned(24), one.binned(24), atol=1e-5)
+    assert predict_fronts(trained, city, []) == []
+
+
+def by_hand(network, pictures, bearing, features, there):
+    """Return the densities, on 360 angles, of the four turned pictures turned back."""
+    angle = torch.arange(360) * (math.pi / 180)
+    turns = []
+    for turn in range(4):
+        seen = torch.rot90(pictures, -turn, (-2, -1))
+        quarter = turn * math.pi / 2
+        told = network(seen, bearing + quarter, features, there)
+        turns.append([log_density(told, (a + quarter).expand(len(seen))).exp() for a in angle])
+    return torch.tensor([[t.tolist() for t in turn] for turn in turns]).mean(0)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        NetworkShape(),
+        NetworkShape(streets=False),
+        NetworkShape(angle=True, streets=False, greys=True),
+        NetworkShape(view="ego"),
+    ],
+)
+def test_the_average_over_quarter_turns_is_that_made_by_hand(shape):
+    torch.manual_seed(0)
+    network = FrameNetwork(shape).eval()
+    pictures, features = torch.rand(40, 4, 28, 28), torch.rand(40, 3, 16)
+    bearing, there = 6 * torch.rand(40, 3), torch.arange(3) < torch.randint(4, (40, 1))
+    with torch.inference_mode():
+        expected = by_hand(network, pictures, bearing, features, there)
+        found = network.averaged(pictures, bearing, features, there)
+        angle = torch.arange(360) * (math.pi / 180)
+        made = torch.stack([log_density(found, a.expand(40)).exp() for a in angle])
+    torch.testing.assert_close(made, expected, atol=1e-4, rtol=1e-4)
+
+
+def test_merged_parts_keep_their_weight_and_their_middle():
+    mean = np.tile([-0.4, 0.4, 2.0], (3, 1))
+    weight = np.array([[0.3, 0.3, 0.2], [0.5, 0.0, 0.2], [0.0, 0.0, 0.9]])
+    merged = merged_first(2, mean, np.full((3, 3), 50.0), weight)
+    np.testing.assert_allclose(merged[0], [[2.0, 0.0], [2.0, -0.4], [2.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(merged[2], [[0.2, 0.6], [0.2, 0.5], [0.9, 0.0]])
+    assert 5 < merged[1][0, 1] < 10  # R is about cos 0.4
+    assert merged[1][1, 1] == pytest.approx(50, rel=0.02)
 
 
 def test_corner_buildings_have_two_fronts_and_others_one():
