@@ -19,6 +19,8 @@ __all__ = ["BACKENDS", "Backend", "WorkersLost", "check_backend"]
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
+_PACKAGES = {"ray": "ray", "dask": "distributed"}
+
 _THREADS = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -53,9 +55,11 @@ def check_backend(name: str, address: str | None) -> None:
     Raises
     ------
     UnknownName : when there is none of this name.
-    InputError : when it takes no address and one is given.
+    InputError : when it takes no address and one is given, or needs a package that is not there.
     """
     BACKENDS[name]
+    if name in _PACKAGES:
+        _package(name)
     if name == "joblib" and address is not None:
         raise InputError(
             f"Backend joblib runs on this machine and takes no address ('{address}' was given); "
@@ -131,7 +135,7 @@ def _dask(
     work: Callable[[Job], Done], jobs: Sequence[Job], *, workers: int, address: str | None
 ) -> Iterator[Done]:
     """Run the jobs on a Dask cluster: one of this machine, or that at `address`."""
-    distributed = _package("distributed", "dask")
+    distributed = _package("dask")
     _knock("Dask", address)
     with ExitStack() as open_:
         try:
@@ -158,14 +162,14 @@ def _dask(
             client.cancel(futures)
 
 
-def _package(name: str, extra: str | None = None) -> Any:
+def _package(backend: str) -> Any:
+    name = _PACKAGES[backend]
     try:
         return import_module(name)
     except ImportError as error:
-        extra = extra or name
         raise InputError(
-            f"Backend {extra} needs the package {name}, which is not installed; "
-            f'pip install "sloop-ppl[{extra}]"'
+            f"Backend {backend} needs the package {name}, which is not installed; "
+            f'pip install "sloop-ppl[{backend}]"'
         ) from error
 
 

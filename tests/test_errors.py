@@ -37,6 +37,18 @@ def test_it_does_not_guess_at_random():
     assert str(UnknownName("model", "xyz", [])) == "Model 'xyz' is unknown; expected one of nothing"
 
 
+def test_of_many_names_the_nearest_are_told():
+    names = [f"Building{i}" for i in range(300)]
+    assert str(UnknownName("landmark", "Bilding12", names)) == (
+        "Landmark 'Bilding12' is unknown; expected one of 300 names, such as Building12, "
+        "Building212, Building192; did you mean 'Building12'?"
+    )
+    assert str(UnknownName("landmark", "?", names)) == (
+        "Landmark '?' is unknown; expected one of 300 names, such as Building0, Building1, "
+        "Building10"
+    )
+
+
 def test_nearest_names_ignore_case_and_keep_spelling():
     known = ["HoytBlock", "StoneBlock", "VelvetDog"]
     assert nearest_names("hoytblock", known)[0] == "HoytBlock"

@@ -29,10 +29,13 @@ def test_a_local_cluster_gives_the_same_table(tmp_path, backend):
 
 
 @pytest.mark.parametrize(("backend", "package"), [("ray", "ray"), ("dask", "distributed")])
-def test_a_missing_package_is_told(monkeypatch, backend, package):
+def test_a_missing_package_is_told_before_any_work(tmp_path, monkeypatch, backend, package):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(InputError, match=rf'pip install "sloop-ppl\[{backend}\]"'):
         list(BACKENDS[backend](len, [[1]], workers=1, address=None))
+    with pytest.raises(InputError, match=rf'pip install "sloop-ppl\[{backend}\]"'):
+        sweep_files(request(tmp_path, backend=backend))
+    assert not request(tmp_path).out.exists()
 
 
 def test_an_address_at_which_nobody_answers():
