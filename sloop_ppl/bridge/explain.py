@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 import xarray
 
-from sloop_ppl.bridge.words import facing, relations_in_words
+from sloop_ppl.bridge.words import facing, percent, relations_in_words
 from sloop_ppl.inference import Influence, Posterior, hpd_places, mode_m
 from sloop_ppl.inference.fronts import framed_terms
 from sloop_ppl.maps.whereabouts import whereabouts
@@ -48,7 +48,8 @@ def _where(posterior: Posterior, target: str) -> Iterator[str]:
     city, mode = posterior.city, posterior.mode(target)
     near = posterior.probability_in(target, shapely.Point(mode).buffer(_NEAR_M))
     yield (
-        f"where: most probably {whereabouts(city, *mode)}; {near:.0%} within {_NEAR_M:g} m of that"
+        f"where: most probably {whereabouts(city, *mode)}; {percent(near)} within {_NEAR_M:g} m "
+        "of that"
     )
     places = hpd_places(posterior.belief(target), city.grid, 0.9)
     if len(places) == 1:
@@ -57,7 +58,7 @@ def _where(posterior: Posterior, target: str) -> Iterator[str]:
     yield f"  90 % in {len(places)} places:"
     for place in places[:_MOST_PLACES]:
         yield (
-            f"    {place.p:.0%} {whereabouts(city, *place.mode_m)} "
+            f"    {percent(place.p)} {whereabouts(city, *place.mode_m)} "
             f"({_area(posterior, place.cells)})"
         )
 
@@ -70,11 +71,12 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
         yield f"  {influence.bits:.2f} bits  “{words[influence.index]}”"
     for lapse in posterior.lapses(target):
         if lapse.p > max(_SUSPECT * lapse.prior, 0.0):
-            yield (f"perhaps wrong: “{words[lapse.index]}”, {lapse.p:.0%} (was {lapse.prior:.0%})")
+            was = percent(lapse.prior)
+            yield f"perhaps wrong: “{words[lapse.index]}”, {percent(lapse.p)} (was {was})"
     components, prior = posterior.component(target), posterior.component_prior(target)
     if len(components) > 1:
         told = ", ".join(
-            f"{name} {p:.0%} (was {prior[name]:.0%})"
+            f"{name} {percent(p)} (was {percent(prior[name])})"
             for name, p in components.items()
             if prior[name]
         )
@@ -92,7 +94,7 @@ def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
         near = np.cos(front["angle"].values - mean) >= math.sqrt(0.5) - 1e-9
         after, before = float(front[near].sum()), float(front["prior"][near].sum())
         label = posterior.city.landmark(framed.term.ground).label
-        sure = f"{after:.0%} within 45° of that (was {before:.0%})"
+        sure = f"{percent(after)} within 45° of that (was {percent(before)})"
         yield (
             f"front: “{framed.term.relation}” takes {label} to face {facing(mean)} "
             f"({math.degrees(mean) % 360:.0f}° from east), "

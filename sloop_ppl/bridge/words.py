@@ -9,7 +9,7 @@ from sloop_ppl.language import SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.directions import COMPASS_RAD
 
-__all__ = ["facing", "relations_in_words"]
+__all__ = ["facing", "percent", "relations_in_words"]
 
 _PHRASES = {
     "front": "in front of",
@@ -56,3 +56,8 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
     if relation.relation in COMPASS_RAD:
         said = "{} of"
     return f"{denied}{far}{said.format(relation.relation)} {grounds}"
+
+
+def percent(p: float) -> str:
+    """Return a probability in whole percent; what is little but possible is not called 0%."""
+    return "<1%" if 0 < p < 0.005 else f"{p:.0%}"

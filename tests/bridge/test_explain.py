@@ -9,7 +9,7 @@ import pytest
 
 from sloop_ppl.bridge.explain import explain_lines
 from sloop_ppl.bridge.sheets import figure_of, sheet_of
-from sloop_ppl.bridge.words import facing, relations_in_words
+from sloop_ppl.bridge.words import facing, percent, relations_in_words
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import SpatialRelation
 from tests.mixture import MIXTURE
@@ -75,6 +75,11 @@ def test_a_single_phrase_leaves_nothing_to_leave_out():
     lines = explain_lines(posterior(said(relation("near", "House"))))
     assert lines[-2:] == ["  what would change it:", "    no phrase by itself, and no front"]
     assert not any("without" in line for line in lines)
+
+
+@pytest.mark.parametrize(("p", "told"), [(0.0, "0%"), (0.001, "<1%"), (0.006, "1%"), (1.0, "100%")])
+def test_what_is_little_is_not_called_nothing(p, told):
+    assert percent(p) == told
 
 
 def test_a_point_is_said_to_be_taken_as_certain():
