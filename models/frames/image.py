@@ -163,7 +163,7 @@ def pictures_of(
         half = (side / 2 * np.where(turn % (math.pi / 2), math.sqrt(2), 1.0))[:, None]
         known = scenery(city)
         boxes = shapely.box(*(middle - half).T, *(middle + half).T)
-        picture, found = known.within(boxes, landmarks)
+        picture, found = known.reaching_into(boxes, landmarks)
         width = np.rint(known.width_m[found] * scale[picture]).astype(int)
         layers.append(frame.strokes(known.shapes, found, picture, known.plane[found], width))
     return drawn(layers, len(PLANES), PIXELS)

@@ -38,7 +38,7 @@ class Scenery:
     tree: shapely.STRtree
     number: dict[str | None, int]
 
-    def within(
+    def reaching_into(
         self, areas: NDArray[np.object_], around: Sequence[Landmark]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return pairs of an area and what meets it, sorted, both as numbers.
