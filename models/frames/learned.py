@@ -31,7 +31,7 @@ _CHUNK = 256
 _UNSEEN = 0.5  # how often what lies beyond the map's edge is what a building faces
 _UNFAMILIAR = 0.3  # extra lapse of what is no building, which no network was trained on
 _REACH_M = 40.0
-_LOOKED = np.array([(math.cos(a), math.sin(a)) for a in np.arange(32) * (math.pi / 16)])
+_LOOKED = np.array([(math.cos(a), math.sin(a)) for a in (np.arange(32) + 0.5) * (math.pi / 16)])
 
 
 def shipped_weights(name: str) -> Path:

@@ -35,4 +35,5 @@ def hedged(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     sharper = table / table.max()
     for _ in range(SQUARINGS):
         sharper *= sharper
-    return (1.0 - share) * table + (share / sharper.sum()) * sharper
+    mixed: NDArray[np.float64] = (1.0 - share) * table + (share / sharper.sum()) * sharper
+    return mixed

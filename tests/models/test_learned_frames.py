@@ -24,9 +24,10 @@ from sloop_ppl.models.frames import (
     load_weights,
     save_weights,
 )
-from sloop_ppl.models.frames.learned import predict_fronts, shipped_weights
+from sloop_ppl.models.frames.learned import _sureness, predict_fronts, shipped_weights
 from sloop_ppl.models.frames.mixtures import merged_first
 from sloop_ppl.models.frames.network import FrameNetwork, NetworkShape, log_density
+from sloop_ppl.models.frames.streets import choices_of
 from sloop_ppl.models.frames.weights import TrainedFrames
 from tests.scenes import point_city, symmetric_grid
 
@@ -159,6 +160,19 @@ def test_near_the_edge_of_the_map_the_lapse_is_larger(name):
     if name == "ctx":
         cut = CityMap("cut", replace(whole.grid, west_m=-12.0), landmarks)
     assert front_of(cut, "House", name).lapse > front_of(whole, "House", name).lapse + 0.05
+
+
+def test_in_the_middle_of_a_map_no_direction_is_unseen():
+    landmarks = (
+        Landmark("House", "building", shapely.box(-8, -8, 8, 8)),
+        Landmark("Main", "street", shapely.LineString([(-8, -30), (8, -30)]), "Main Street"),
+    )
+    whole = CityMap("whole", Grid(-100, -100, 100, 100, 5.0), landmarks)
+    assert _sureness(whole, ["House"], choices_of(whole, ["House"])) == 1.0
+    cut = CityMap("cut", Grid(-100, -100, 10, 100, 5.0), landmarks)
+    beyond = 2 * math.acos(10 / 40) / (2 * math.pi)  # directions that end before 40 m
+    unsure = 1 - 0.5 * beyond
+    assert _sureness(cut, ["House"], choices_of(cut, ["House"])) == pytest.approx(unsure, abs=0.02)
 
 
 @pytest.mark.parametrize("name", NAMES)
