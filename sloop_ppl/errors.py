@@ -27,7 +27,7 @@ class InputError(SloopError, ValueError):
     """An argument has a value that cannot be used."""
 
 
-_LISTED = 40
+_LISTED = 50
 """Names that an error lists; of more it says how many and names the nearest."""
 
 
@@ -44,11 +44,12 @@ class UnknownName(InputError):
     def __init__(self, kind: str, found: str, expected: Iterable[str], hint: str = "") -> None:
         self.kind, self.found, self.expected = kind, found, tuple(expected)
         near = nearest_names(found, self.expected)
-        guess = f"; did you mean '{near[0]}'?" if near else ""
         listed = f"one of {', '.join(self.expected) or 'nothing'}"
+        guess = f"; did you mean '{near[0]}'?" if near else ""
         if len(self.expected) > _LISTED:
             some = near or sorted(self.expected)[:3]
             listed = f"one of {len(self.expected)} names, such as {', '.join(some)}"
+            guess = ""
         named = kind[:1].upper() + kind[1:]
         super().__init__(f"{named} '{found}' is unknown; expected {listed}{guess}{hint}")
 

@@ -10,9 +10,10 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.frames.canvas import SHARPER, Strokes, drawn
-from sloop_ppl.models.frames.scenery import LEAST_WIDTH_M, scenery
+from sloop_ppl.models.frames.scenery import LEAST_WIDTH_M, PLANES, scenery
 from sloop_ppl.models.frames.shapes import Shapes, laid_out, spans
 from sloop_ppl.registry import Registry
 
@@ -29,9 +30,6 @@ __all__ = [
 
 PIXELS = 28
 """Pixels a side. Source: SLOOP sec. IV-C."""
-
-PLANES = ("ground", "streets", "paths", "buildings")
-"""The planes of a picture: the landmark itself, named streets, other ways, other buildings."""
 
 GREYS = {"ground": 1.0, "streets": 0.7, "buildings": 0.35, "background": 0.0}
 """The four grey levels of the paper's picture; all ways are streets there."""
@@ -134,7 +132,7 @@ def pictures_of(
     turns_rad: ArrayLike = 0.0,
     shifts_m: ArrayLike = (0.0, 0.0),
 ) -> NDArray[np.float32]:
-    """Return the planes of :func:`context_planes` for N landmarks, shape (N, 4, 28, 28).
+    """Return the planes of :func:`context_planes` for N landmarks.
 
     Parameters
     ----------
@@ -144,16 +142,22 @@ def pictures_of(
     turns_rad : the angle each scene is turned by, shape (N,), or one for all.
     shifts_m : x and y by which each picture's middle is off, metres, shape (N, 2), or one for all.
 
+    Returns
+    -------
+    numpy.ndarray
+        Shares from 0 to 1, shape (N, 4, 28, 28), planes as in `PLANES`, row 0 in the south.
+
     Raises
     ------
+    InputError : when turns or shifts have another shape.
     UnknownName : for another view, or a landmark that is not on the map.
     """
     chosen = VIEWS[view]
     landmarks = [city.landmark(i) for i in landmark_ids]
     own = np.array([city.footprint(i) for i in landmark_ids], dtype=object)
-    turn = np.zeros(len(landmarks)) + np.asarray(turns_rad, dtype=float)
+    turn, shift = _for_each(len(landmarks), turns_rad, shifts_m)
     middle, side = _windows(city, own, chosen)
-    middle = middle + np.asarray(shifts_m)
+    middle = middle + shift
     scale = _DRAWN / side
     frame = _Frame(middle.view(np.complex128)[:, 0], scale * (np.cos(turn) + 1j * np.sin(turn)))
     each = np.arange(len(landmarks))
@@ -167,6 +171,19 @@ def pictures_of(
         width = np.rint(known.width_m[found] * scale[picture]).astype(int)
         layers.append(frame.strokes(known.shapes, found, picture, known.plane[found], width))
     return drawn(layers, len(PLANES), PIXELS)
+
+
+def _for_each(
+    count: int, turns_rad: ArrayLike, shifts_m: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the turn and the shift of each of so many pictures."""
+    turns, shifts = np.asarray(turns_rad, dtype=float), np.asarray(shifts_m, dtype=float)
+    if turns.shape not in ((), (count,)) or shifts.shape not in ((2,), (count, 2)):
+        raise InputError(
+            f"turns_rad has shape {turns.shape} and shifts_m {shifts.shape}; expected one for all, "
+            f"() and (2,), or one for each landmark, ({count},) and ({count}, 2)"
+        )
+    return np.broadcast_to(turns, (count,)), np.broadcast_to(shifts, (count, 2))
 
 
 def _windows(

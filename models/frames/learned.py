@@ -31,6 +31,7 @@ _CHUNK = 256
 _UNSEEN = 0.5  # how often what lies beyond the map's edge is what a building faces
 _UNFAMILIAR = 0.3  # extra lapse of what is no building, which no network was trained on
 _REACH_M = 40.0
+# Half a step off the axes, where one of the two would be zero.
 _LOOKED = np.array([(math.cos(a), math.sin(a)) for a in (np.arange(32) + 0.5) * (math.pi / 16)])
 
 
@@ -156,8 +157,7 @@ def _sureness(
     centre = shapely.get_coordinates(shapely.centroid(own))[:, None]
     west, south, east, north = city.grid.extent_m
     edge = np.where(_LOOKED > 0, (east, north), (west, south))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        border = np.fmin.reduce(np.maximum((edge - centre) / _LOOKED, 0), axis=2)
+    border = np.maximum((edge - centre) / _LOOKED, 0).min(2)
     reach = np.array([max(c.distance_m[0], _REACH_M) if len(c.distance_m) else _REACH_M
                       for c in choices])  # fmt: skip
     sure = 1 - _UNSEEN * (border < reach[:, None]).mean(1)

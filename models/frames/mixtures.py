@@ -23,11 +23,17 @@ def mixtures(
     Parameters
     ----------
     mean_rad, kappa, weight : of P parts each, shape (N, P); weights sum to at most one.
+
+    Returns
+    -------
+    list of FrameDistribution
+        N of them; each lapse is what its kept parts lack to one.
     """
     order = np.argsort(-weight, axis=1, kind="stable")
+    kept = (weight >= _LEAST) & (kappa >= _FLAT)
     found: list[FrameDistribution] = []
-    for row, kept in zip(order, (weight >= _LEAST) & (kappa >= _FLAT), strict=True):
-        which, i = row[kept[row]], len(found)
+    for i, row in enumerate(order):
+        which = row[kept[i, row]]
         told = (one[i, which].tolist() for one in (mean_rad, kappa, weight))
         parts = tuple(
             FramePart(math.remainder(mean, 2 * math.pi), spread, share)

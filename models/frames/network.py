@@ -127,8 +127,15 @@ class FrameNetwork(nn.Module):
     ) -> Outputs:
         """Return the mixture of each landmark, its picture seen in its four quarter turns.
 
-        An angle network gives four parts, one for each turn; another gives the mean of the four
-        mixtures. It takes what `forward` does.
+        Parameters
+        ----------
+        pictures, bearing_rad, features, there : as `forward` takes them.
+
+        Returns
+        -------
+        Outputs
+            The mean of the four mixtures, with the parts of `forward`. An angle network gives four
+            parts instead, one for each turn.
         """
         told = torch.cat([self._turned(some) for some in self._seen(pictures).split(_AT_ONCE)], 1)
         made = self._mixture(told, bearing_rad, features, there)

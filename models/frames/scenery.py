@@ -13,7 +13,10 @@ from sloop_ppl.maps import CityMap, Landmark
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.models.frames.shapes import Shapes, laid_out
 
-__all__ = ["LEAST_WIDTH_M", "Scenery", "scenery"]
+__all__ = ["LEAST_WIDTH_M", "PLANES", "Scenery", "scenery"]
+
+PLANES = ("ground", "streets", "paths", "buildings")
+"""The planes of a picture: the landmark itself, named streets, other ways, other buildings."""
 
 LEAST_WIDTH_M = 4.0
 """No line is drawn narrower."""
@@ -25,9 +28,9 @@ class Scenery:
 
     Parameters
     ----------
-    shapes : their points.
-    plane : number of the plane that each is drawn on.
-    width_m : how wide each is drawn where it is a line, metres.
+    shapes : their points; G geometries.
+    plane : number in `PLANES` of the plane that each is drawn on, shape (G,).
+    width_m : how wide each is drawn where it is a line, metres, shape (G,).
     tree : an index of them.
     number : the place of each in this list, by its id.
     """
@@ -72,10 +75,10 @@ def _scenery(city: CityMap) -> Scenery:
 
 
 def _plane(landmark: Landmark) -> int | None:
-    """Return the plane a landmark is drawn on, by the order of :data:`.image.PLANES`."""
+    """Return the number of the plane a landmark is drawn on."""
     if landmark.kind == "building":
-        return 3
+        return PLANES.index("buildings")
     if landmark.kind not in PATH_KINDS:
         return None
     named = landmark.name is not None and landmark.kind != "pedestrian"
-    return 1 if named or landmark.kind == "street" else 2
+    return PLANES.index("streets" if named or landmark.kind == "street" else "paths")

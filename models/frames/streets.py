@@ -86,7 +86,17 @@ def facing_choices(city: CityMap, landmark_id: str) -> Choices:
 
 
 def choices_of(city: CityMap, landmark_ids: Sequence[str]) -> list[Choices]:
-    """Return what :func:`facing_choices` does of each of some landmarks."""
+    """Return what :func:`facing_choices` does of each of some landmarks, in their order.
+
+    Parameters
+    ----------
+    city : the map.
+    landmark_ids : ids; one may come several times.
+
+    Raises
+    ------
+    UnknownName : for a landmark that is not on the map.
+    """
     ways = city.derived("frame ways", lambda: _ways(city))
     houses = city.derived("frame houses", lambda: _houses(city, ways))
     own = np.array([city.footprint(i) for i in landmark_ids], dtype=object)

@@ -19,9 +19,10 @@ class Walls:
 
     Parameters
     ----------
-    corners : x + iy of all corners in turn, metres.
+    corners : x + iy of all corners in turn, metres, shape (P,).
     corner : first corner of each footprint, and their number, shape (N + 1,).
-    axis_rad : the direction that most of its walls have, or are square to, shape (N,).
+    axis_rad : the direction that most of its walls have, or are square to, shape (N,). The step
+        from one ring or part to the next counts as a wall, as the shipped networks learnt it.
     walled : False for what has no walls, such as a point, shape (N,).
     """
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sloop_ppl.bridge.words import relations_in_words
+from sloop_ppl.bridge.words import percent, relations_in_words
 from sloop_ppl.inference import Posterior
 from sloop_ppl.inference.fronts import framed_terms
 from sloop_ppl.inference.tables import phrase_tables
@@ -86,7 +86,7 @@ def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
         table = joint.sel(component=name).values
         p = float(table.sum())
         if p >= _NEGLIGIBLE:
-            maps[f"{name} ({100 * p:.0f} %)"] = table / p
+            maps[f"{name} ({percent(p)})"] = table / p
     return maps
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.outputs import check_output, written_whole
+from sloop_ppl.search.names import NOT_SIMULATING
 
 if TYPE_CHECKING:
     from sloop_ppl.search import Step
@@ -16,8 +17,6 @@ __all__ = ["TREE_DEPTH", "TreeKeeper", "check_tree"]
 
 TREE_DEPTH = 3
 """Levels of a tree that are written, unless ``--set tree_depth=N`` asks for others."""
-
-_WITHOUT = ("greedy", "random")
 
 
 def check_tree(path: Path | None, step: int | None, planner: str) -> None:
@@ -38,7 +37,7 @@ def check_tree(path: Path | None, step: int | None, planner: str) -> None:
         if step is not None:
             raise InputError("--tree-step says which tree; say where it goes with --tree FILE.json")
         return
-    if planner in _WITHOUT:
+    if planner in NOT_SIMULATING:
         raise InputError(
             f"Planner '{planner}' grows no tree; leave --tree out, or plan "
             "with fast, pouct or pomcp"

@@ -60,4 +60,4 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
 
 def percent(p: float) -> str:
     """Return a probability in whole percent; what is little but possible is not called 0%."""
-    return "<1%" if 0 < p < 0.005 else f"{p:.0%}"
+    return "<1%" if 0 < p <= 0.005 else f"{p:.0%}"

@@ -160,8 +160,6 @@ def search(
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
-    for line in unused_options(context, planner):
-        progress(line)
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(
@@ -171,6 +169,8 @@ def search(
             tell=progress,
             progress=shown,
         )  # fmt: skip
+    for line in unused_options(context, planner):
+        progress(line)
     print_data(f"{folder.manifest['n_trials']} trials in {out}; see `sloop eval report {out}`")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-__all__ = ["given", "option", "unused_options"]
+__all__ = ["as_typed", "given", "unused_options"]
 
 
 def given(context: typer.Context) -> list[str]:
@@ -12,7 +12,7 @@ def given(context: typer.Context) -> list[str]:
     return [n for n in context.params if str(context.get_parameter_source(n)).endswith("LINE")]
 
 
-def option(name: str) -> str:
+def as_typed(name: str) -> str:
     """Return how a parameter is typed."""
     return "TEXT" if name == "text" else f"--{name.strip('_').replace('_', '-')}"
 
@@ -24,7 +24,7 @@ def unused_options(context: typer.Context, planner: str) -> list[str]:
     if planner not in NOT_SIMULATING:
         return []
     return [
-        f"note: planner '{planner}' runs no simulations, so {option(name)} is not used"
+        f"note: planner '{planner}' runs no simulations, so {as_typed(name)} is not used"
         for name in given(context)
         if name in ("sims", "rollout")
     ]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.given import given, option, unused_options
+from sloop_ppl.cli.given import as_typed, given, unused_options
 from sloop_ppl.cli.options import Engine, Frames, Json, Model, Params, Prior, Targets, Variant
 from sloop_ppl.cli.output import print_data, print_json, progress
 from sloop_ppl.errors import InputError
@@ -110,9 +110,9 @@ def search(
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
         tree=tree, tree_step=tree_step, figure=figure, animation=animation,
     )  # fmt: skip
+    lines = run_request(request, tell=progress)
     for line in unused_options(context, planner):
         progress(line)
-    lines = run_request(request, tell=progress)
     print_json(lines.report) if json else print_data(*lines.summary)
 
 
@@ -121,7 +121,7 @@ def _only(context: typer.Context, *names: str) -> None:
     for name in given(context):
         if name not in names:
             raise InputError(
-                f"{option(name)} does not go with --replay; leave it out: an episode is drawn as "
+                f"{as_typed(name)} does not go with --replay; leave it out: an episode is drawn as "
                 "it was"
             )
 
@@ -131,6 +131,6 @@ def _not_with_posterior(context: typer.Context) -> None:
     for name in given(context):
         if name in ("model", "variant", "engine", "frames", "params", "prior", "targets"):
             raise InputError(
-                f"{option(name)} does not go with --posterior; leave it out: a saved posterior "
+                f"{as_typed(name)} does not go with --posterior; leave it out: a saved posterior "
                 "keeps its own"
             )

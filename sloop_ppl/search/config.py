@@ -51,9 +51,9 @@ class SearchConfig:
     tree_depth : levels of the search tree that are kept in `PlanInfo`, for those who ask why.
     rollout : one of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and
         ``pomcp``, ``informed`` for ``fast``.
-    hedge : share of the belief that ``informed`` replaces by its eighth power before it plans, in
-        [0, 1]: beliefs from language are often less sure than they could be. 0 takes the belief at
-        its word.
+    hedge : share of the belief that the planner ``fast`` with rollout ``informed`` replaces by the
+        belief's eighth power before it plans, in [0, 1]: beliefs from language are often less sure
+        than they could be. 0 takes the belief at its word. Other planners do so always.
 
     Raises
     ------

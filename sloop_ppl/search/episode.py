@@ -31,7 +31,8 @@ class PlanInfo:
     planner : its name.
     sims : simulations run; 0 for planners that run none.
     seconds : wall time of the decision.
-    values : estimated discounted return of each action looked at.
+    values : estimated discounted return of each action looked at; of a move of ``fast`` with its
+        own rollout, under the hedged belief it plans on.
     visits : how often each was tried.
     expected : by move and target, the belief that the move brings the target into view.
     tree : the top of the search tree as JSON values, where `SearchConfig.tree_depth` asks for it.

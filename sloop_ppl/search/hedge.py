@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 __all__ = ["hedged"]
 
-SQUARINGS = 3
+_SQUARINGS = 3
 """The sharper belief is the belief to the power of 2 to this, which is 8."""
 
 
@@ -33,7 +33,7 @@ def hedged(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     if share == 0.0:
         return table
     sharper = table / table.max()
-    for _ in range(SQUARINGS):
+    for _ in range(_SQUARINGS):
         sharper *= sharper
     mixed: NDArray[np.float64] = (1.0 - share) * table + (share / sharper.sum()) * sharper
     return mixed

@@ -77,7 +77,9 @@ def test_a_single_phrase_leaves_nothing_to_leave_out():
     assert not any("without" in line for line in lines)
 
 
-@pytest.mark.parametrize(("p", "told"), [(0.0, "0%"), (0.001, "<1%"), (0.006, "1%"), (1.0, "100%")])
+@pytest.mark.parametrize(
+    ("p", "told"), [(0.0, "0%"), (0.001, "<1%"), (0.005, "<1%"), (0.006, "1%"), (1.0, "100%")]
+)
 def test_what_is_little_is_not_called_nothing(p, told):
     assert percent(p) == told
 
@@ -110,7 +112,7 @@ def test_a_sheet_holds_everything_that_explains():
     sheet = sheet_of(posterior(), TARGET, (1.0, 2.0))
     assert list(sheet.parts) == list(sheet.influence) == ["behind House", "on Main Street"]
     assert list(sheet.component_maps) == [
-        f"{name} ({100 * p:.0f} %)" for name, p in posterior().component(TARGET).items()
+        f"{name} ({percent(p)})" for name, p in posterior().component(TARGET).items()
     ]
     for table in (*sheet.parts.values(), *sheet.component_maps.values(), sheet.prior):
         assert table.sum() == pytest.approx(1)

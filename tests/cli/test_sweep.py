@@ -41,6 +41,17 @@ def test_search_and_report(capsys, tmp_path):
     assert "holds another sweep: searching.seed was 0 and is 1. Choose another folder" in told
 
 
+def test_settings_of_simulations_are_said_to_go_unused(capsys, tmp_path):
+    file = write_lines(tmp_path / "said.jsonl")
+    _, err = run(
+        capsys, 0, "search", file, "--out", tmp_path / "run", *SHORT, "--planner", "greedy"
+    )
+    assert err.splitlines()[-2:] == [
+        f"note: planner 'greedy' runs no simulations, so --{name} is not used"
+        for name in ("sims", "rollout")
+    ]
+
+
 def test_mistakes_are_one_line(capsys, tmp_path):
     bad = write_lines(tmp_path / "bad.jsonl", LINES[0] | {"map": "atlantis"}, LINES[1])
     out = ("--out", tmp_path / "run")

@@ -9,7 +9,7 @@ import pytest
 import shapely
 from support.facing_block import facing_town
 
-from sloop_ppl.errors import UnknownName
+from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid, Landmark
 from sloop_ppl.models.frames import context_image, context_planes
 from sloop_ppl.models.frames.image import GREYS, PIXELS, PLANES, VIEWS, pictures_of
@@ -222,6 +222,16 @@ def test_the_streets_around_many_are_those_around_each():
 
 def test_of_none_there_is_no_picture_and_no_street():
     assert pictures_of(MIXED, []).shape == (0, 4, 28, 28)
+    assert pictures_of(MIXED, [], turns_rad=[], shifts_m=np.zeros((0, 2))).shape[0] == 0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"turns_rad": [0.0, 1.0]}, {"shifts_m": [3.0]}, {"shifts_m": np.zeros((3, 2))}],
+)
+def test_turns_and_shifts_of_another_shape_are_refused(given):
+    with pytest.raises(InputError, match=r"expected one for all, \(\) and \(2,\), or one for each"):
+        pictures_of(MIXED, ["House"], **given)
     assert choices_of(MIXED, []) == []
 
 
