@@ -20,9 +20,10 @@ mkdir -p "$runs"
 "$sloop" eval search "${files[@]}" "${cv[@]}" --parsed --out "$runs/parsed"
 "$sloop" eval search "${files[@]}" "${cv[@]}" "${few[@]}" --rollout published --out "$runs/pouct"
 "$sloop" eval search "${files[@]}" "${cv[@]}" "${few[@]}" --planner greedy --out "$runs/greedy"
+"$sloop" eval search "${files[@]}" "${cv[@]}" "${few[@]}" --out "$runs/fast1000"
 "$sloop" eval search "${files[@]}" "${cv[@]}" "${few[@]}" --sims 10000 --out "$runs/fast10000"
 for run in gold parsed; do
   "$sloop" eval report "$runs/$run"
 done
-"$sloop" eval report "$runs"/{gold,parsed,pouct,greedy,fast10000} \
+"$sloop" eval report "$runs"/{gold,parsed,pouct,greedy,fast1000,fast10000} \
   --quality "$runs/quality.json" --docs docs/results.md
