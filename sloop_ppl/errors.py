@@ -28,7 +28,7 @@ class InputError(SloopError, ValueError):
 
 
 _LISTED = 50
-"""Names that an error lists; of more it says how many and names the nearest."""
+"""Names that an error lists; of more it says how many there are."""
 
 
 class UnknownName(InputError):
@@ -43,13 +43,12 @@ class UnknownName(InputError):
 
     def __init__(self, kind: str, found: str, expected: Iterable[str], hint: str = "") -> None:
         self.kind, self.found, self.expected = kind, found, tuple(expected)
-        near = nearest_names(found, self.expected)
+        near = nearest_names(found, self.expected, count=1)
         listed = f"one of {', '.join(self.expected) or 'nothing'}"
         guess = f"; did you mean '{near[0]}'?" if near else ""
         if len(self.expected) > _LISTED:
-            some = near or sorted(self.expected)[:3]
-            listed = f"one of {len(self.expected)} names, such as {', '.join(some)}"
-            guess = ""
+            listed = f"one of {len(self.expected)} names"
+            guess = guess or f", such as {', '.join(sorted(self.expected)[:3])}"
         named = kind[:1].upper() + kind[1:]
         super().__init__(f"{named} '{found}' is unknown; expected {listed}{guess}{hint}")
 
