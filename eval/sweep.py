@@ -21,7 +21,7 @@ from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.eval.parts import append_trial
 from sloop_ppl.eval.quality import beliefs_of
 from sloop_ppl.eval.run_folder import RunFolder
-from sloop_ppl.eval.trials import Searching, TrialKey, trial_of
+from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
@@ -145,6 +145,8 @@ def run_sweep(
     clock = _Clock()
     if progress:
         progress(SweepProgress(done, total, None))
+    if workers > 1 and done < total:
+        compile_ahead(sweep.searching)
     while done < total:
         before, jobs = done, _jobs(sweep, _finished(sweep, folder))
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.rng import child
 from sloop_ppl.search import SearchConfig
 from sloop_ppl.search.names import NOT_SIMULATING, check_planner
@@ -21,7 +21,7 @@ from sloop_ppl.search.names import NOT_SIMULATING, check_planner
 if TYPE_CHECKING:
     from sloop_ppl.search import Episode
 
-__all__ = ["Searching", "Trial", "TrialKey", "run_trial", "trial_of"]
+__all__ = ["Searching", "Trial", "TrialKey", "compile_ahead", "run_trial", "trial_of"]
 
 _LEAST = 1e-15
 # What each search needs of a belief: a target in a cell that was excluded can still be seen.
@@ -164,6 +164,23 @@ class Searching:
             return self.planner
         rollout = f", {self.rollout} rollout" if self.rollout else ""
         return f"{self.planner} {self.sims}{rollout}"
+
+
+def compile_ahead(searching: Searching) -> None:
+    """Have a planner's machine code made and kept before many processes ask for it at once.
+
+    Each would make it for itself, and numba saves it in two steps, between which another process
+    may load what an older version left behind.
+    """
+    from sloop_ppl.search import run_search
+
+    city = CityMap("small", Grid.square(50.0), ())
+    config = replace(searching.config(3.0), sims=20, max_steps=1)
+    belief = np.full(city.grid.shape, 1.0)
+    rng = np.random.default_rng(0)
+    run_search(
+        {"T": belief}, city, {"T": (0.0, 0.0)}, planner=searching.planner, config=config, rng=rng
+    )
 
 
 def run_trial(

@@ -13,6 +13,7 @@ from sloop_ppl.errors import InputError, OutputError, UnknownName
 from sloop_ppl.eval.results import read_results, reward_summary
 from sloop_ppl.eval.run_folder import writing
 from sloop_ppl.eval.sweep_files import sweep_files
+from sloop_ppl.eval.trials import Searching, compile_ahead
 
 
 @pytest.fixture(scope="module")
@@ -240,3 +241,13 @@ def test_a_worker_s_fault_is_told_in_its_own_words(tmp_path):
     file.write_text("def flat(term, front_rad):\n    return term.nothing\n")
     with pytest.raises(OutputError, match=r"^log_g of 'mine.py:flat' fails for relation"):
         sweep_files(request(tmp_path, models=f"{file}:flat,sloop", workers=2))
+
+
+@pytest.mark.parametrize("planner", ["fast", "greedy"])
+def test_machine_code_is_made_before_the_workers_ask_for_it(monkeypatch, planner):
+    called = []
+    monkeypatch.setattr("sloop_ppl.search.run_search", lambda *_, **given: called.append(given))
+    compile_ahead(Searching(planner=planner, rollout="published", fov_deg=60.0))
+    config = called[0]["config"]
+    assert called[0]["planner"] == planner
+    assert (config.rollout, config.fov_deg, config.max_steps) == ("published", 60.0, 1)

@@ -1,0 +1,15 @@
+"""Keep the machine code of each process of a test run apart.
+
+numba saves what it compiles in two steps, between which another process may load what an older
+version of the source left behind.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+_WORKER = os.environ.get("PYTEST_XDIST_WORKER")
+if _WORKER is not None:
+    _KEPT = Path(__file__).parent.parent / ".pytest_cache" / "numba" / _WORKER
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(_KEPT))
