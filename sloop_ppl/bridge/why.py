@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sloop_ppl.bridge.words import percent
+
 if TYPE_CHECKING:
     from sloop_ppl.search import Step
 
@@ -28,7 +30,7 @@ def why_lines(step: Step) -> list[str]:
             told.append(f"visits {info.visits[name]:6d}")
         seen = info.expected.get(name)
         if seen:
-            shown = ", ".join(f"{target} {_percent(p)}" for target, p in seen.items())
+            shown = ", ".join(f"{target} {percent(p, 1)}" for target, p in seen.items())
             told.append(f"expects to see {shown}")
         lines.append("  ".join(told))
     lines += [f"       {name}: {_told(value)}" for name, value in info.notes.items()]
@@ -39,9 +41,4 @@ def _told(value: object) -> str:
     """Return a note in few words: moves by name, probabilities in per cent."""
     if not isinstance(value, tuple):
         return str(value)
-    return " ".join(_percent(v) if isinstance(v, float) else str(v) for v in value)
-
-
-def _percent(p: float) -> str:
-    """Return a probability in tenths of a percent, for a move shows little at a time."""
-    return "<0.1%" if 0 < p <= 0.0005 else f"{p:.1%}"
+    return " ".join(percent(v, 1) if isinstance(v, float) else str(v) for v in value)

@@ -58,6 +58,7 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
     return f"{denied}{far}{said.format(relation.relation)} {grounds}"
 
 
-def percent(p: float) -> str:
-    """Return a probability in whole percent; what is little but possible is not called 0%."""
-    return "<1%" if 0 < p <= 0.005 else f"{p:.0%}"
+def percent(p: float, places: int = 0) -> str:
+    """Return a probability in percent; what is little but possible is not called 0%."""
+    least = 10.0 ** -(places + 2)
+    return f"<{least:.{places}%}" if 0 < p <= least / 2 else f"{p:.{places}%}"

@@ -82,6 +82,7 @@ def test_a_single_phrase_leaves_nothing_to_leave_out():
 )
 def test_what_is_little_is_not_called_nothing(p, told):
     assert percent(p) == told
+    assert (percent(0.0005, 1), percent(0.001, 1)) == ("<0.1%", "0.1%")
 
 
 def test_a_point_is_said_to_be_taken_as_certain():

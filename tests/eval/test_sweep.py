@@ -251,3 +251,14 @@ def test_machine_code_is_made_before_the_workers_ask_for_it(monkeypatch, planner
     config = called[0]["config"]
     assert called[0]["planner"] == planner
     assert (config.rollout, config.fov_deg, config.max_steps) == ("published", 60.0, 1)
+
+
+def test_only_several_workers_have_it_made_before(monkeypatch, tmp_path):
+    made = []
+    monkeypatch.setattr("sloop_ppl.eval.sweep.compile_ahead", made.append)
+    sweep_files(request(tmp_path, out=tmp_path / "one", workers=1))
+    assert made == []
+    sweep = request(tmp_path, out=tmp_path / "two", workers=2)
+    sweep_files(sweep)
+    sweep_files(sweep)  # nothing is left to do
+    assert made == [sweep.searching]
