@@ -26,10 +26,15 @@ import torch
 
 from sloop_ppl.maps import CityMap, bundled_maps, load_map
 from sloop_ppl.maps.osm import import_osm
-from sloop_ppl.models.frames import TrainedFrames, load_weights
-from sloop_ppl.models.frames.image import pictures_of
-from sloop_ppl.models.frames.learned import padded_choices, predict_fronts, shipped_weights
-from sloop_ppl.models.frames.streets import choices_of
+from sloop_ppl.models.frames import (
+    TrainedFrames,
+    choices_of,
+    load_weights,
+    padded_choices,
+    pictures_of,
+    predict_fronts,
+    shipped_weights,
+)
 
 MANY = 1000
 SINGLES = 40

@@ -22,8 +22,7 @@ from sloop_ppl.inference.frame_recipe import examples_of_maps, with_limits
 from sloop_ppl.inference.frame_training import RECIPES, train_frames
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
-from sloop_ppl.models.frames import FrameDistribution, TrainedFrames
-from sloop_ppl.models.frames.learned import predict_fronts
+from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_fronts
 from sloop_ppl.rng import child
 
 __all__ = ["FOLDS", "FrameEvaluation", "ScoredFront", "cross_validate_frames"]

@@ -13,9 +13,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.frame_labels import FrameLabel
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models.frames.image import VIEWS, pictures_of
-from sloop_ppl.models.frames.learned import padded_choices
-from sloop_ppl.models.frames.streets import choices_of
+from sloop_ppl.models.frames import VIEWS, choices_of, padded_choices, pictures_of
 from sloop_ppl.rng import child
 
 __all__ = ["Batch", "FrameExamples", "frame_examples", "joined"]
@@ -99,7 +97,7 @@ def frame_examples(
     ----------
     city : the map.
     labels : buildings and their fronts.
-    view : the picture to draw; see :data:`sloop_ppl.models.frames.image.VIEWS`.
+    view : the picture to draw; see :data:`sloop_ppl.models.frames.VIEWS`.
     drawings : how often each building is drawn, > 0; turned by any angle, shifted by a few
         metres, a picture that is not centred by up to half its side.
     rng : draws turns and shifts, a stream for each building.

@@ -12,7 +12,7 @@ from sloop_ppl.inference.frame_examples import FrameExamples, frame_examples, jo
 from sloop_ppl.inference.frame_labels import address_labels
 from sloop_ppl.inference.frame_training import RECIPES, Recipe, TrainingInfo, train_frames
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models.frames.weights import TrainedFrames
+from sloop_ppl.models.frames import TrainedFrames
 from sloop_ppl.rng import child
 
 __all__ = ["examples_of_maps", "train_on_maps", "training_command", "with_limits"]

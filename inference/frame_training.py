@@ -14,7 +14,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.frame_examples import Batch, FrameExamples
 from sloop_ppl.inference.torch_seed import seeded_torch
-from sloop_ppl.models.frames.network import FrameNetwork, NetworkShape, Outputs, log_density
+from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, log_density
 from sloop_ppl.registry import Registry
 
 __all__ = ["RECIPES", "Recipe", "TrainingInfo", "squared_angle", "train_frames"]

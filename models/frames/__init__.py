@@ -1,14 +1,30 @@
 """Frames of reference: which way a ground faces, and how sure that is."""
 
+from sloop_ppl.models.frames._network import (
+    FrameNetwork,
+    NetworkShape,
+    Outputs,
+    TrainedFrames,
+    load_weights,
+    log_density,
+    save_weights,
+)
+from sloop_ppl.models.frames._pictures import VIEWS, context_image, context_planes, pictures_of
+from sloop_ppl.models.frames._streets import choices_of
 from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
-from sloop_ppl.models.frames.image import context_image, context_planes
-from sloop_ppl.models.frames.known import AddressFront, RandomFront
-from sloop_ppl.models.frames.learned import LearnedFrames
-from sloop_ppl.models.frames.lookup import frame_predictor
+from sloop_ppl.models.frames.learned import (
+    LearnedFrames,
+    frame_predictor,
+    padded_choices,
+    predict_fronts,
+    shipped_weights,
+)
 from sloop_ppl.models.frames.predictor import (
     FRAME_PREDICTORS,
+    AddressFront,
     FramePredictor,
     NearestStreet,
+    RandomFront,
     plain_front,
 )
 from sloop_ppl.models.frames.prior import (
@@ -19,28 +35,37 @@ from sloop_ppl.models.frames.prior import (
     PredictedSpread,
     UniformFront,
 )
-from sloop_ppl.models.frames.weights import TrainedFrames, load_weights, save_weights
 
 __all__ = [
     "FRAME_PREDICTORS",
     "FRAME_PRIORS",
+    "VIEWS",
     "AddressFront",
     "FixedFront",
     "FrameDistribution",
+    "FrameNetwork",
     "FramePart",
     "FramePredictor",
     "FramePrior",
     "LearnedFrames",
     "NearestStreet",
+    "NetworkShape",
+    "Outputs",
     "PredictedPoint",
     "PredictedSpread",
     "RandomFront",
     "TrainedFrames",
     "UniformFront",
+    "choices_of",
     "context_image",
     "context_planes",
     "frame_predictor",
     "load_weights",
+    "log_density",
+    "padded_choices",
+    "pictures_of",
     "plain_front",
+    "predict_fronts",
     "save_weights",
+    "shipped_weights",
 ]

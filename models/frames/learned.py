@@ -1,4 +1,4 @@
-"""Predict fronts with a trained network."""
+"""Predict fronts with a trained network, one that ships or one of a file."""
 
 from __future__ import annotations
 
@@ -16,16 +16,20 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
-from sloop_ppl.models.frames.distribution import FrameDistribution
-from sloop_ppl.models.frames.image import pictures_of
-from sloop_ppl.models.frames.mixtures import merged_first, mixtures
-from sloop_ppl.models.frames.network import DIRECTIONS
-from sloop_ppl.models.frames.predictor import FRAME_PREDICTORS, plain_front
-from sloop_ppl.models.frames.streets import FEATURES, Choices, choices_of
-from sloop_ppl.models.frames.weights import TrainedFrames, load_weights
+from sloop_ppl.models.frames._network import DIRECTIONS, TrainedFrames, load_weights
+from sloop_ppl.models.frames._pictures import pictures_of
+from sloop_ppl.models.frames._streets import FEATURES, Choices, choices_of
+from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
+from sloop_ppl.models.frames.predictor import FRAME_PREDICTORS, FramePredictor, plain_front
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["LearnedFrames", "padded_choices", "predict_fronts", "shipped_weights"]
+__all__ = [
+    "LearnedFrames",
+    "frame_predictor",
+    "padded_choices",
+    "predict_fronts",
+    "shipped_weights",
+]
 
 _CHUNK = 256
 _UNSEEN = 0.5  # how often what lies beyond the map's edge is what a building faces
@@ -33,6 +37,8 @@ _UNFAMILIAR = 0.3  # extra lapse of what is no building, which no network was tr
 _REACH_M = 40.0
 # Half a step off the axes, where one of the two would be zero.
 _LOOKED = np.array([(math.cos(a), math.sin(a)) for a in (np.arange(32) + 0.5) * (math.pi / 16)])
+_LEAST = 0.01  # parts that weigh less are left to the lapse
+_FLAT = 0.5  # so are parts of a lesser concentration
 
 
 def shipped_weights(name: str) -> Path:
@@ -76,6 +82,21 @@ class LearnedFrames:
         return [known[i] for i in landmarks]
 
 
+def frame_predictor(name_or_path: str | Path) -> FramePredictor:
+    """Return the registered predictor of this name, or that of a ``.safetensors`` file.
+
+    Raises
+    ------
+    UnknownName : when no predictor has this name; it lists those there are.
+    InputError : when the weights cannot be used.
+    """
+    name = str(name_or_path)
+    if name.endswith(".safetensors"):
+        load_weights(name)
+        return LearnedFrames(Path(name))
+    return FRAME_PREDICTORS[name]
+
+
 @cache
 def _loaded(path: Path) -> TrainedFrames:
     return load_weights(path)
@@ -114,7 +135,7 @@ def predict_fronts(
         sure = _sureness(city, some, choices)
         weight *= (sure / weight.sum(1))[:, None]
         parts = mean, kappa, weight[:, :-1]
-        found += mixtures(*(merged_first(DIRECTIONS, *parts) if trained.network.weigh else parts))
+        found += _mixtures(*(_merged_first(DIRECTIONS, *parts) if trained.network.weigh else parts))
     return found
 
 
@@ -165,6 +186,73 @@ def _sureness(
     housed = (kind == "building") | ((kind == "poi") & (shapely.area(own) > 0))
     trusted: NDArray[np.float64] = np.where(housed, sure, sure * (1 - _UNFAMILIAR))
     return trusted
+
+
+def _mixtures(
+    mean_rad: NDArray[np.float64], kappa: NDArray[np.float64], weight: NDArray[np.float64]
+) -> list[FrameDistribution]:
+    """Return N mixtures, the heaviest parts first; what is light or flat is left to the lapse.
+
+    Parameters
+    ----------
+    mean_rad, kappa, weight : of P parts each, shape (N, P); weights sum to at most one.
+
+    Returns
+    -------
+    list of FrameDistribution
+        N of them; each lapse is what its kept parts lack to one.
+    """
+    order = np.argsort(-weight, axis=1, kind="stable")
+    kept = (weight >= _LEAST) & (kappa >= _FLAT)
+    found: list[FrameDistribution] = []
+    for i, row in enumerate(order):
+        which = row[kept[i, row]]
+        told = (one[i, which].tolist() for one in (mean_rad, kappa, weight))
+        parts = tuple(
+            FramePart(math.remainder(mean, 2 * math.pi), spread, share)
+            for mean, spread, share in zip(*told, strict=True)
+        )
+        found.append(FrameDistribution(parts, lapse=1 - sum(part.weight for part in parts)))
+    return found
+
+
+def _merged_first(
+    count: int,
+    mean_rad: NDArray[np.float64],
+    kappa: NDArray[np.float64],
+    weight: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return mixtures whose first parts are replaced with one, put last.
+
+    Parameters
+    ----------
+    count : how many are merged, into the von Mises with their first moment; they are equally
+        concentrated.
+    mean_rad, kappa, weight : of P parts each, shape (N, P).
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        The same three of P - count + 1 parts.
+
+    Notes
+    -----
+    The mean resultant of a von Mises is about 1 - 1/(2 kappa) for kappa > 2; the inverse is the
+    approximation of Best and Fisher (1981).
+    """
+    share, spread = weight[:, :count], kappa[:, 0]
+    total = share.sum(1)
+    some = total >= 1e-12
+    moment = (share * np.exp(1j * mean_rad[:, :count])).sum(1) / np.where(some, total, 1.0)
+    r = np.abs(moment) * (1 - 1 / (2 * np.maximum(spread, 2.0)))
+    wide = np.where(r < 0.53, 2 * r + r**3 + 5 * r**5 / 6, -0.4 + 1.39 * r + 0.43 / (1 - r))
+    combined = np.where(r < 0.85, wide, 1 / np.maximum(r**3 - 4 * r**2 + 3 * r, 1e-12))
+    one = (np.angle(moment), np.minimum(combined, spread), total)
+    mean, concentration, whole = (
+        np.concatenate([old[:, count:], np.where(some, new, 0.0)[:, None]], 1)
+        for old, new in zip((mean_rad, kappa, weight), one, strict=True)
+    )
+    return mean, concentration, whole
 
 
 for _name in ("ego-ctx", "ctx", "ego"):

@@ -19,9 +19,7 @@ from sloop_ppl.inference.frame_recipe import train_on_maps, training_command
 from sloop_ppl.inference.frame_training import RECIPES, Recipe, squared_angle, train_frames
 from sloop_ppl.maps import CityMap, Grid, Landmark, write_map
 from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
-from sloop_ppl.models.frames import FramePart, TrainedFrames
-from sloop_ppl.models.frames.learned import predict_fronts
-from sloop_ppl.models.frames.network import Outputs, log_density
+from sloop_ppl.models.frames import FramePart, Outputs, TrainedFrames, log_density, predict_fronts
 
 SMALL = Recipe(epochs=4, batch=32)
 TOWNS = {f"town{i}": facing_town(f"town{i}", turn_rad=0.4 * i, seed=i) for i in range(2)}

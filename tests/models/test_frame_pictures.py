@@ -11,9 +11,9 @@ from support.facing_block import facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid, Landmark
-from sloop_ppl.models.frames import context_image, context_planes
-from sloop_ppl.models.frames.image import GREYS, PIXELS, PLANES, VIEWS, pictures_of
-from sloop_ppl.models.frames.streets import FEATURES, choices_of, facing_choices
+from sloop_ppl.models.frames import VIEWS, choices_of, context_image, context_planes, pictures_of
+from sloop_ppl.models.frames._pictures import GREYS, PIXELS, PLANES
+from sloop_ppl.models.frames._streets import FEATURES, facing_choices
 from tests.scenes import point_city, symmetric_grid
 
 GRID = Grid.square(200.0)

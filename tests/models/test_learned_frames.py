@@ -19,16 +19,19 @@ from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
 from sloop_ppl.models import RelationTerm
 from sloop_ppl.models.frames import (
     FRAME_PREDICTORS,
+    FrameNetwork,
     LearnedFrames,
+    NetworkShape,
+    TrainedFrames,
+    choices_of,
     frame_predictor,
     load_weights,
+    log_density,
+    predict_fronts,
     save_weights,
+    shipped_weights,
 )
-from sloop_ppl.models.frames.learned import _sureness, predict_fronts, shipped_weights
-from sloop_ppl.models.frames.mixtures import merged_first
-from sloop_ppl.models.frames.network import FrameNetwork, NetworkShape, log_density
-from sloop_ppl.models.frames.streets import choices_of
-from sloop_ppl.models.frames.weights import TrainedFrames
+from sloop_ppl.models.frames.learned import _merged_first, _sureness
 from tests.scenes import point_city, symmetric_grid
 
 NAMES = ("ego-ctx", "ctx", "ego")
@@ -123,7 +126,7 @@ def test_the_average_over_quarter_turns_is_that_made_by_hand(shape):
 def test_merged_parts_keep_their_weight_and_their_middle():
     mean = np.tile([-0.4, 0.4, 2.0], (3, 1))
     weight = np.array([[0.3, 0.3, 0.2], [0.5, 0.0, 0.2], [0.0, 0.0, 0.9]])
-    merged = merged_first(2, mean, np.full((3, 3), 50.0), weight)
+    merged = _merged_first(2, mean, np.full((3, 3), 50.0), weight)
     np.testing.assert_allclose(merged[0], [[2.0, 0.0], [2.0, -0.4], [2.0, 0.0]], atol=1e-12)
     np.testing.assert_allclose(merged[2], [[0.2, 0.6], [0.2, 0.5], [0.9, 0.0]])
     assert 5 < merged[1][0, 1] < 10  # R is about cos 0.4

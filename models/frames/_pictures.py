@@ -11,10 +11,9 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.maps import CityMap
-from sloop_ppl.models.frames.canvas import SHARPER, Strokes, drawn
-from sloop_ppl.models.frames.scenery import LEAST_WIDTH_M, PLANES, scenery
-from sloop_ppl.models.frames.shapes import Shapes, laid_out, spans
+from sloop_ppl.maps import CityMap, Landmark
+from sloop_ppl.maps.landmark import PATH_KINDS
+from sloop_ppl.models.frames._strokes import SHARPER, Shapes, Strokes, drawn, laid_out, spans
 from sloop_ppl.registry import Registry
 
 __all__ = [
@@ -33,6 +32,12 @@ PIXELS = 28
 
 GREYS = {"ground": 1.0, "streets": 0.7, "buildings": 0.35, "background": 0.0}
 """The four grey levels of the paper's picture; all ways are streets there."""
+
+PLANES = ("ground", "streets", "paths", "buildings")
+"""The planes of a picture: the landmark itself, named streets, other ways, other buildings."""
+
+_LEAST_WIDTH_M = 4.0
+"""No line is drawn narrower."""
 
 _DRAWN = PIXELS * SHARPER
 
@@ -161,11 +166,11 @@ def pictures_of(
     scale = _DRAWN / side
     frame = _Frame(middle.view(np.complex128)[:, 0], scale * (np.cos(turn) + 1j * np.sin(turn)))
     each = np.arange(len(landmarks))
-    width = np.rint(LEAST_WIDTH_M * scale).astype(int)
+    width = np.rint(_LEAST_WIDTH_M * scale).astype(int)
     layers = [frame.strokes(laid_out(own), each, each, np.zeros_like(each), width)]
     if chosen.context:
         half = (side / 2 * np.where(turn % (math.pi / 2), math.sqrt(2), 1.0))[:, None]
-        known = scenery(city)
+        known = city.derived("frame scenery", lambda: _scenery(city))
         boxes = shapely.box(*(middle - half).T, *(middle + half).T)
         picture, found = known.reaching_into(boxes, landmarks)
         width = np.rint(known.width_m[found] * scale[picture]).astype(int)
@@ -230,3 +235,61 @@ class _Frame:
             point.tolist(),
             places.view(np.float64).tolist(),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class _Scenery:
+    """The buildings and ways of a map, in its order.
+
+    Parameters
+    ----------
+    shapes : their points; G geometries.
+    plane : number in `PLANES` of the plane that each is drawn on, shape (G,).
+    width_m : how wide each is drawn where it is a line, metres, shape (G,).
+    tree : an index of them.
+    number : the place of each in this list, by its id.
+    """
+
+    shapes: Shapes
+    plane: NDArray[np.intp]
+    width_m: NDArray[np.float64]
+    tree: shapely.STRtree
+    number: dict[str | None, int]
+
+    def reaching_into(
+        self, areas: NDArray[np.object_], around: Sequence[Landmark]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return pairs of an area and what meets it, sorted, both as numbers.
+
+        What an area is around is left out, and the building that it stands in.
+        """
+        pairs = self.tree.query(areas, predicate="intersects")
+        area, found = np.divmod(np.sort(pairs[0] * len(self.plane) + pairs[1]), len(self.plane))
+        own = np.array([self.number.get(one.id, -1) for one in around])
+        holder = np.array([self.number.get(one.within, -1) for one in around])
+        other = (found != own[area]) & (found != holder[area])
+        return area[other], found[other]
+
+
+def _scenery(city: CityMap) -> _Scenery:
+    """Return what of a map is drawn."""
+    some = [(landmark, _plane(landmark)) for landmark in city.landmarks]
+    kept = [(landmark, plane) for landmark, plane in some if plane is not None]
+    geometry = np.array([landmark.geometry for landmark, _ in kept], dtype=object)
+    return _Scenery(
+        laid_out(geometry),
+        np.array([plane for _, plane in kept], dtype=np.intp),
+        np.array([max(landmark.width_m or 0.0, _LEAST_WIDTH_M) for landmark, _ in kept]),
+        shapely.STRtree(geometry),
+        {landmark.id: i for i, (landmark, _) in enumerate(kept)},
+    )
+
+
+def _plane(landmark: Landmark) -> int | None:
+    """Return the number of the plane a landmark is drawn on."""
+    if landmark.kind == "building":
+        return PLANES.index("buildings")
+    if landmark.kind not in PATH_KINDS:
+        return None
+    named = landmark.name is not None and landmark.kind != "pedestrian"
+    return PLANES.index("streets" if named or landmark.kind == "street" else "paths")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
-from sloop_ppl.models.frames.walls import Walls
+from sloop_ppl.models.frames._strokes import spans
 
 __all__ = ["FEATURES", "Choices", "choices_of", "facing_choices"]
 
@@ -122,7 +122,7 @@ def choices_of(city: CityMap, landmark_ids: Sequence[str]) -> list[Choices]:
         np.log(np.maximum(distance, 1)) / 4,
         ways.told[way],
         _seen(city, houses, landmark_ids, who, sight),
-        *Walls.of(own).seen_from(who, bearing),
+        *_Walls.of(own).seen_from(who, bearing),
         _share(houses, landmark_ids, centre, who, ways.street[way]),
         rank == 1,
     ]).astype(np.float32)  # fmt: skip
@@ -248,3 +248,67 @@ def _share(
     count = np.searchsorted(given, asked, "right") - np.searchsorted(given, asked)
     total = np.bincount(near, minlength=len(centre))[who]
     return np.where(total > 0, count / np.maximum(total, 1), 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class _Walls:
+    """The corners of N footprints, and the axis that the walls of each follow.
+
+    Parameters
+    ----------
+    corners : x + iy of all corners in turn, metres, shape (P,).
+    corner : first corner of each footprint, and their number, shape (N + 1,).
+    axis_rad : the direction that most of its walls have, or are square to, shape (N,). The step
+        from one ring or part to the next counts as a wall, as the shipped networks learnt it.
+    walled : False for what has no walls, such as a point, shape (N,).
+    """
+
+    corners: NDArray[np.complex128]
+    corner: NDArray[np.intp]
+    axis_rad: NDArray[np.float64]
+    walled: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, footprints: NDArray[np.object_]) -> _Walls:
+        """Return the walls of some footprints."""
+        xy, owner = shapely.get_coordinates(footprints, return_index=True)
+        corners, count = xy.view(np.complex128)[:, 0], len(footprints)
+        same = owner[1:] == owner[:-1]
+        wall, walls = (corners[1:] - corners[:-1])[same], owner[1:][same]
+        long = np.abs(wall)
+        turn = long * np.exp(4j * np.angle(wall))
+        sums = (np.bincount(walls, one, count) for one in (long, turn.real, turn.imag))
+        length, east, north = sums
+        corner = np.searchsorted(owner, np.arange(count + 1))
+        walled = (corner[1:] - corner[:-1] >= 3) & (length > 0)
+        return cls(corners, corner, np.arctan2(north, east) / 4, walled)
+
+    def seen_from(
+        self, which: NDArray[np.intp], bearing_rad: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return how square a direction is to the walls, and how narrow the side it looks from.
+
+        Parameters
+        ----------
+        which : the footprint that each direction is of, shape (C,).
+        bearing_rad : the directions, shape (C,).
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            From -1 to 1, and the log of depth over width, shape (C,) each; 0 without walls.
+        """
+        corners, start = spans(self.corner, which)
+        seen = self.corners[corners] * np.repeat(np.exp(-1j * bearing_rad), start[1:] - start[:-1])
+        deep, wide = (_extent(one, start[:-1]) for one in (seen.real, seen.imag))
+        square = np.cos(4 * (bearing_rad - self.axis_rad[which]))
+        narrow = np.log(np.maximum(deep, 1) / np.maximum(wide, 1))
+        walled = self.walled[which]
+        return np.where(walled, square, 0.0), np.where(walled, narrow, 0.0)
+
+
+def _extent(values: NDArray[np.float64], start: NDArray[np.intp]) -> NDArray[np.float64]:
+    extent: NDArray[np.float64] = np.maximum.reduceat(values, start) - np.minimum.reduceat(
+        values, start
+    )
+    return extent
