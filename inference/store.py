@@ -23,7 +23,7 @@ from sloop_ppl.language import (
 )
 from sloop_ppl.maps import from_geojson, to_geojson
 from sloop_ppl.models import ground_description, share_frames
-from sloop_ppl.models.cell_files import read_netcdf
+from sloop_ppl.models._netcdf import read_netcdf
 from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 

@@ -3,7 +3,13 @@
 from sloop_ppl.models.atoms import Atoms
 from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
 from sloop_ppl.models.build import OpenProgram, build, open_program
-from sloop_ppl.models.cell_priors import CELL_PRIORS, CellPrior, cell_prior
+from sloop_ppl.models.cell_priors import (
+    CELL_PRIORS,
+    CellPrior,
+    LearntCells,
+    cell_prior,
+    learn_cells,
+)
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.frames import (
@@ -17,7 +23,6 @@ from sloop_ppl.models.frames import (
 )
 from sloop_ppl.models.grounding import ground_description
 from sloop_ppl.models.intervene import intervene
-from sloop_ppl.models.learnt_cells import LearntCells, learn_cells
 from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
 from sloop_ppl.models.observation import observation_model
 from sloop_ppl.models.phrases import front_prior, log_phrase, log_phrase_given_front

@@ -13,8 +13,7 @@ from sloop_ppl.errors import InputError, OutputError, OutsideMap, UnknownName
 from sloop_ppl.eval import bundled_examples
 from sloop_ppl.inference import infer_description, log_priors
 from sloop_ppl.models import CELL_PRIORS, LearntCells, cell_prior, learn_cells
-from sloop_ppl.models.cell_priors import CellsOfKinds
-from sloop_ppl.models.learnt_cells import FEATURES, cell_features
+from sloop_ppl.models.cell_priors import FEATURES, CellsOfKinds, cell_features
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(0.0, -10.0), street_y=20.0)

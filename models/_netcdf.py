@@ -1,4 +1,4 @@
-"""A prior over cells from a netCDF file: a saved posterior, or a table of one's own."""
+"""Read netCDF files; a prior over cells of one: a saved posterior, or a table of one's own."""
 
 from __future__ import annotations
 
