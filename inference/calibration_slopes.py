@@ -17,7 +17,7 @@ from sloop_ppl.inference.calibration_faults import Fault, mirrored, wider
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
 from sloop_ppl.models.simulate import simulate
-from sloop_ppl.models.templates import speakable_grounds
+from sloop_ppl.models.vocabulary import speakable_grounds
 from sloop_ppl.rng import child
 
 __all__ = ["STEP", "cluster", "near_slopes", "residual"]

@@ -18,9 +18,8 @@ from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.phrases import front_prior
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.speaker import weigh_words, word_options
-from sloop_ppl.models.templates import in_english, speakable_grounds
 from sloop_ppl.models.terms import RelationTerm, ground_relations
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS, in_english, speakable_grounds
 
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "why_mute"]
 

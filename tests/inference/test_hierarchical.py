@@ -18,8 +18,8 @@ from sloop_ppl.inference.learning import Example, curvature, maximise
 from sloop_ppl.inference.torch_seed import seeded_torch
 from sloop_ppl.models import preset
 from sloop_ppl.models.simulate import SPEAKER, simulate
-from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.models.tuning import load_parameters, with_parameters
+from sloop_ppl.models.vocabulary import speakable_grounds
 
 
 def described(city, speaker, count, rng, model=SPEAKER):

@@ -15,8 +15,8 @@ from sloop_ppl.inference.known_cells import BeliefScore, WordScore, known_cells
 from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, maximise
 from sloop_ppl.models import LIKELIHOODS, preset
 from sloop_ppl.models.simulate import SPEAKER, simulate
-from sloop_ppl.models.templates import speakable_grounds
 from sloop_ppl.models.tuning import load_parameters, with_parameters
+from sloop_ppl.models.vocabulary import speakable_grounds
 
 
 @pytest.fixture(scope="module")

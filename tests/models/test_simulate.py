@@ -18,8 +18,7 @@ from sloop_ppl.models.simulate import (
     _word_chances,
     simulate,
 )
-from sloop_ppl.models.templates import TEMPLATES, in_english, speakable_grounds
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS, TEMPLATES, in_english, speakable_grounds
 from tests.mixture import MIXTURE
 
 
