@@ -17,14 +17,16 @@ from sloop_ppl.inference.nuts import nuts
 from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
-from sloop_ppl.inference.regions import Place, hpd_places, probability_in
 from sloop_ppl.inference.said import Said
 from sloop_ppl.inference.summaries import (
+    Place,
     entropy_nats,
     expected_distance_m,
     expected_m,
     hpd_cells,
+    hpd_places,
     mode_m,
+    probability_in,
 )
 from sloop_ppl.inference.svi import svi
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.regions import probability_in
 from sloop_ppl.inference.summaries import (
     entropy_nats,
     expected_distance_m,
     expected_m,
     hpd_cells,
     mode_m,
+    probability_in,
 )
 from sloop_ppl.maps import CityMap
 
