@@ -17,12 +17,17 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.special import erfc
-from scipy.stats import kstest
+from scipy.stats import binom, kstest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.calibration_faults import FAULTS, Fault, sharper_frames
-from sloop_ppl.inference.calibration_plots import plot_calibration
-from sloop_ppl.inference.calibration_slopes import STEP, near_slopes, residual
+from sloop_ppl.inference._calibration_slopes import (
+    FAULTS,
+    STEP,
+    Fault,
+    near_slopes,
+    residual,
+    sharper_frames,
+)
 from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
@@ -37,6 +42,7 @@ Table = NDArray[np.float64]
 LEVEL = 0.01
 _TARGET = "RedBike"
 _FRONTS = 72
+_BINS = 20
 _NEAR = 4
 """Descriptions for the widths' slope for each whose latents are ranked: they cost a twentieth."""
 
@@ -98,7 +104,7 @@ def calibrate(
     phrases : phrases of each of these descriptions.
     near : number of other descriptions for the slopes of the cell, of targets near a cluster of
         grounds, >= 0; four times `n` when None. See
-        :func:`sloop_ppl.inference.calibration_slopes.near_slopes`.
+        :func:`sloop_ppl.inference._calibration_slopes.near_slopes`.
 
     Returns
     -------
@@ -231,6 +237,40 @@ def power(
             parts.append(part)
         caught += bool(Calibration(*parts).failed)
     return caught / repeats
+
+
+def plot_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
+    """Write one figure per statistic, with where it lies when all is right; return their paths.
+
+    Ranks are drawn as histograms, slopes as the running sum of their residuals.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, p in found.p_values.items():
+        figure = Figure(figsize=(4, 2.6), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        if name in found.ranks:
+            ranks = found.ranks[name]
+            low, high = binom.ppf([0.005, 0.995], len(ranks), 1 / _BINS)
+            axes.axhspan(low, high, color="0.88", label="99 % if right")
+            axes.hist(ranks, bins=_BINS, range=(0, 1), color="#0072B2")
+            axes.set(xlabel="posterior probability below the truth", ylabel="simulations")
+        else:
+            off, variance = np.cumsum(found.slopes[name], axis=0).T
+            at, band = np.arange(1, len(off) + 1), 2.576 * np.sqrt(variance)
+            axes.fill_between(at, -band, band, color="0.88", label="99 % if right")
+            axes.plot(at, off, color="#0072B2")
+            axes.set(xlabel="simulations", ylabel="sum of truth less belief")
+        axes.set_title(f"{name}: p = {p:.2g}")
+        axes.legend(loc="lower right", fontsize="small")
+        kind = "ranks" if name in found.ranks else "slopes"
+        paths.append(Path(folder) / f"{kind}_{name}.png")
+        figure.savefig(paths[-1], dpi=120, metadata={"Software": None})
+    return tuple(paths)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

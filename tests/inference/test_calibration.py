@@ -7,6 +7,7 @@ import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference._calibration_slopes import cluster, residual
 from sloop_ppl.inference.calibration import (
     FAULTS,
     Calibration,
@@ -15,7 +16,6 @@ from sloop_ppl.inference.calibration import (
     plot_calibration,
     power,
 )
-from sloop_ppl.inference.calibration_slopes import cluster, residual
 from sloop_ppl.models import preset
 from sloop_ppl.models.simulate import SPEAKER
 
