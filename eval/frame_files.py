@@ -13,7 +13,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.frame_descriptions import FrontsInWords, score_fronts_in_words
 from sloop_ppl.eval.frames import FrameEvaluation, cross_validate_frames
-from sloop_ppl.inference.frame_maps import maps_of_folder
+from sloop_ppl.inference.frame_examples import maps_of_folder
 from sloop_ppl.inference.frame_training import RECIPES
 from sloop_ppl.maps import bundled_maps, load_map
 from sloop_ppl.rng import child

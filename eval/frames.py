@@ -16,10 +16,15 @@ from sloop_ppl.eval.frame_scores import (
     score_front,
     spread_points,
 )
-from sloop_ppl.inference.frame_examples import FrameExamples, joined
-from sloop_ppl.inference.frame_labels import FrameLabel, address_labels, entrance_labels
-from sloop_ppl.inference.frame_recipe import examples_of_maps, with_limits
-from sloop_ppl.inference.frame_training import RECIPES, train_frames
+from sloop_ppl.inference.frame_examples import (
+    FrameExamples,
+    FrameLabel,
+    address_labels,
+    entrance_labels,
+    examples_of_maps,
+    joined,
+)
+from sloop_ppl.inference.frame_training import RECIPES, train_frames, with_limits
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
 from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_fronts

@@ -1,25 +1,134 @@
-"""Turn labelled buildings into what a frame network learns from, turned and shifted at random."""
+"""What a frame network learns from: buildings of maps whose front is known, drawn at random."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import shapely
 import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.frame_labels import FrameLabel
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, load_map
+from sloop_ppl.maps.osm import import_osm
 from sloop_ppl.models.frames import VIEWS, choices_of, padded_choices, pictures_of
 from sloop_ppl.rng import child
 
-__all__ = ["Batch", "FrameExamples", "frame_examples", "joined"]
+__all__ = [
+    "Batch",
+    "FrameExamples",
+    "FrameLabel",
+    "address_labels",
+    "entrance_labels",
+    "examples_of_maps",
+    "frame_examples",
+    "joined",
+    "maps_of_folder",
+]
 
 _SHIFT_M = 3.0
 _CTX_REACH = 0.45  # how far from a tile's middle a landmark is put, in sides of the tile
+_WITHIN_M = 60.0  # from the wall to the street of its address
+
+
+def maps_of_folder(
+    folder: str | Path,
+    *,
+    leave_out: tuple[str, ...] = (),
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, CityMap]:
+    """Return the maps of a folder by the name of their file up to its first dot.
+
+    Parameters
+    ----------
+    folder : holds ``.osm``, ``.osm.pbf`` or ``.geojson`` files.
+    leave_out : names not to read.
+    progress : told a line a map.
+
+    Raises
+    ------
+    InputError : when there is no such folder, no map in it, or two of one name, or a name to
+        leave out is not there.
+    MapError : when a file is no map.
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        raise InputError(f"The maps folder '{folder}' is no folder; expected one of map files")
+    endings = (".geojson", ".osm", ".osm.pbf")
+    paths = [p for p in sorted(place.iterdir()) if p.name.endswith(endings)]
+    names = [path.name.split(".")[0] for path in paths]
+    if not paths:
+        raise InputError(
+            f"The maps folder '{folder}' holds no map; expected .osm, .osm.pbf or .geojson files"
+        )
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise InputError(f"The maps folder '{folder}' holds '{min(twice)}' twice; keep one")
+    for name in leave_out:
+        if name not in names:
+            raise InputError(
+                f"Map '{name}' to leave out is not in folder '{folder}'; it holds "
+                f"{', '.join(names)}"
+            )
+    maps = {}
+    for name, path in zip(names, paths, strict=True):
+        if name in leave_out:
+            continue
+        if path.suffix == ".geojson":
+            maps[name] = load_map(path)
+        else:
+            maps[name], _ = import_osm(path, everything=True)
+        if progress:
+            progress(f"{name}: {len(maps[name].of_kind('building'))} buildings")
+    return maps
+
+
+@dataclass(frozen=True)
+class FrameLabel:
+    """Which way a building faces.
+
+    Parameters
+    ----------
+    building : id of the building.
+    front_rad : the direction, radians anticlockwise from east.
+    """
+
+    building: str
+    front_rad: float
+
+
+def address_labels(city: CityMap, buildings: Iterable[str] | None = None) -> list[FrameLabel]:
+    """Return the front of each building that tells the street of its address.
+
+    Parameters
+    ----------
+    city : the map.
+    buildings : ids of those to look at; all buildings when None.
+
+    Notes
+    -----
+    The rule: a building faces the nearest point, from its centroid, of the street or square that
+    `addr:street` names. An address whose street is more than 60 m from the building's wall tells
+    nothing of its front, nor does one whose street is not on the map.
+    """
+    labels = []
+    for building in _ids(city, buildings):
+        facing = city.frontage(building).by_address
+        if facing is None:
+            continue
+        if shapely.Point(facing.point_m).distance(city.footprint(building)) <= _WITHIN_M:
+            labels.append(FrameLabel(building, facing.bearing_rad))
+    return labels
+
+
+def entrance_labels(city: CityMap, buildings: Iterable[str] | None = None) -> list[FrameLabel]:
+    """Return the front of each building whose main entrance is known: out of its wall."""
+    found = ((b, city.frontage(b).by_entrance) for b in _ids(city, buildings))
+    return [FrameLabel(b, facing.bearing_rad) for b, facing in found if facing is not None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +242,24 @@ def frame_examples(
     )
 
 
+def examples_of_maps(
+    maps: Mapping[str, CityMap],
+    view: str,
+    *,
+    rng: np.random.Generator,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, FrameExamples]:
+    """Return the examples of each map that has labels, by the map's name."""
+    found = {}
+    for name, city in maps.items():
+        labels = address_labels(city)
+        if labels:
+            found[name] = frame_examples(city, labels, view, rng=rng)
+        if progress:
+            progress(f"{name}: {len(labels)} labelled buildings")
+    return found
+
+
 def joined(sets: Sequence[FrameExamples]) -> FrameExamples:
     """Return the examples of several maps as one.
 
@@ -155,6 +282,10 @@ def joined(sets: Sequence[FrameExamples]) -> FrameExamples:
         torch.cat([_widened(e.there, most) for e in some]),
         torch.cat([e.front_rad for e in some]),
     )
+
+
+def _ids(city: CityMap, buildings: Iterable[str] | None) -> Iterable[str]:
+    return (b.id for b in city.of_kind("building")) if buildings is None else buildings
 
 
 def _widened(table: Tensor, columns: int) -> Tensor:

@@ -1,10 +1,11 @@
-"""Train a network to tell which way buildings face."""
+"""Train networks to tell which way buildings face, by recipes, and say how they were made."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -12,12 +13,23 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.frame_examples import Batch, FrameExamples
+from sloop_ppl.inference.frame_examples import Batch, FrameExamples, examples_of_maps, joined
 from sloop_ppl.inference.torch_seed import seeded_torch
-from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, log_density
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, TrainedFrames, log_density
 from sloop_ppl.registry import Registry
+from sloop_ppl.rng import child
 
-__all__ = ["RECIPES", "Recipe", "TrainingInfo", "squared_angle", "train_frames"]
+__all__ = [
+    "RECIPES",
+    "Recipe",
+    "TrainingInfo",
+    "squared_angle",
+    "train_frames",
+    "train_on_maps",
+    "training_command",
+    "with_limits",
+]
 
 _CHECKED = 1 / 8
 _TURNS_CHECKED = 4
@@ -165,6 +177,68 @@ def squared_angle(outputs: Outputs, front_rad: Tensor) -> Tensor:
     """Return the squared difference between the first part's mean and the label, radians^2."""
     difference = outputs.mean_rad[:, 0] - front_rad
     return torch.atan2(torch.sin(difference), torch.cos(difference)).square()
+
+
+def train_on_maps(
+    maps: Mapping[str, CityMap],
+    recipe: str,
+    *,
+    epochs: int | None = None,
+    patience: int | None = None,
+    command: str = "",
+    rng: np.random.Generator,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[TrainedFrames, TrainingInfo]:
+    """Train on the buildings of some maps whose address tells their front.
+
+    Parameters
+    ----------
+    maps : name -> map.
+    recipe : name in :data:`sloop_ppl.inference.frame_training.RECIPES`.
+    epochs, patience : instead of the recipe's.
+    command : the command that does just this, to be kept with the weights.
+    rng : draws all that is drawn.
+    progress : told how it goes, a line at a time.
+
+    Raises
+    ------
+    UnknownName : for another recipe.
+    InputError : when there are too few labelled buildings, or training fails.
+    """
+    chosen = with_limits(RECIPES[recipe], epochs, patience)
+    sets = examples_of_maps(maps, chosen.shape.view, rng=child(rng, "examples"), progress=progress)
+    network, info = train_frames(
+        joined(list(sets.values())), chosen, rng=child(rng, "training"), progress=progress
+    )
+    about = {
+        "name": recipe,
+        "trained_on": ", ".join(f"{name} ({len(some)})" for name, some in sets.items()),
+        "labels": "addr:street: the nearest point of the named street from the centroid",
+        "data": "(c) OpenStreetMap contributors, ODbL 1.0",
+        "passes": str(info.epochs),
+        "loss_on_held_back": f"{info.best:.4f}",
+        "command": command,
+    }
+    return TrainedFrames(network, MappingProxyType(about)), info
+
+
+def with_limits(recipe: Recipe, epochs: int | None, patience: int | None) -> Recipe:
+    """Return a recipe with other limits, where they are given."""
+    return replace(
+        recipe,
+        epochs=recipe.epochs if epochs is None else epochs,
+        patience=recipe.patience if patience is None else patience,
+    )
+
+
+def training_command(
+    recipe: str, leave_out: str, epochs: int | None, patience: int | None, seed: int
+) -> str:
+    """Return the command line that trains so; DIR is the folder of maps."""
+    told: dict[str, str | int | None] = {"--recipe": recipe, "--leave-out": leave_out or None}
+    told |= {"--epochs": epochs, "--patience": patience, "--seed": seed}
+    options = " ".join(f"{name} {value}" for name, value in told.items() if value is not None)
+    return f"sloop frames train --maps DIR {options} --out {recipe}.safetensors"
 
 
 def _loss(network: FrameNetwork, batch: Batch, recipe: Recipe) -> Tensor:

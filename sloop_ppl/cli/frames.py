@@ -54,8 +54,8 @@ def train(
     import numpy as np
 
     from sloop_ppl.eval.frame_descriptions import second_stage
-    from sloop_ppl.inference.frame_maps import maps_of_folder
-    from sloop_ppl.inference.frame_recipe import train_on_maps, training_command
+    from sloop_ppl.inference.frame_examples import maps_of_folder
+    from sloop_ppl.inference.frame_training import train_on_maps, training_command
     from sloop_ppl.models.frames import save_weights
     from sloop_ppl.outputs import check_output
 

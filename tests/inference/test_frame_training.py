@@ -12,11 +12,22 @@ import torch
 from support.facing_block import facing_town, fronts
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.inference.frame_examples import frame_examples, joined
-from sloop_ppl.inference.frame_labels import FrameLabel, address_labels, entrance_labels
-from sloop_ppl.inference.frame_maps import maps_of_folder
-from sloop_ppl.inference.frame_recipe import train_on_maps, training_command
-from sloop_ppl.inference.frame_training import RECIPES, Recipe, squared_angle, train_frames
+from sloop_ppl.inference.frame_examples import (
+    FrameLabel,
+    address_labels,
+    entrance_labels,
+    frame_examples,
+    joined,
+    maps_of_folder,
+)
+from sloop_ppl.inference.frame_training import (
+    RECIPES,
+    Recipe,
+    squared_angle,
+    train_frames,
+    train_on_maps,
+    training_command,
+)
 from sloop_ppl.maps import CityMap, Grid, Landmark, write_map
 from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
 from sloop_ppl.models.frames import FramePart, Outputs, TrainedFrames, log_density, predict_fronts
