@@ -1,0 +1,152 @@
+"""Record what every model believes, or check that no belief has moved since.
+
+Run: python benchmarks/golden_beliefs.py record FILE.npz [--descriptions DIR]
+     python benchmarks/golden_beliefs.py check FILE.npz [--descriptions DIR] [--tolerance 1e-9]
+
+For who changes how beliefs are reckoned and not what they are: record before, check after. The
+models are the seven presets, the `paper` variants of the three that have one, and `bayes` with
+fronts that face the nearest street; each is told the gold relations of the bundled examples and,
+with `--descriptions`, of the .jsonl files in a folder. Beliefs are kept whole, as float64: some
+29 MB for 192 targets. `check` prints the largest total variation of each model, and fails when it
+is above the tolerance or when the file holds other beliefs than those it is asked about.
+
+Record and check on one machine. The network that predicts fronts for `bayes` works in float32:
+another processor, or predicting the fronts of other landmarks along with one, moves its beliefs by
+up to some 1e-7.
+
+`record --sketch` writes a few numbers of each belief instead: tests/parity/golden_beliefs.npz,
+which tests/parity/test_goldens.py checks.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.special import entr
+
+from sloop_ppl.eval import DescribedScene, bundled_examples, read_descriptions
+from sloop_ppl.eval.quality import beliefs_of, read_scene
+from sloop_ppl.maps import load_map
+from sloop_ppl.models import FRAME_PREDICTORS, Preset, preset
+
+PUBLISHED = ("uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4", "bayes")
+PAPER = ("sloop", "sloop-m2", "sloop-m4")
+NEAREST = "bayes (nearest street)"
+PROJECTIONS = 24
+
+Table = NDArray[np.float64]
+
+
+def main() -> None:
+    """Do what is asked."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("what", choices=["record", "check"])
+    options.add_argument("file", type=Path, help="where the beliefs are kept, .npz")
+    options.add_argument("--descriptions", type=Path, help="folder of description files, .jsonl")
+    options.add_argument("--tolerance", type=float, default=1e-9, help="largest total variation")
+    options.add_argument("--sketch", action="store_true", help="record a few numbers of each")
+    given = options.parse_args()
+    torch.set_num_threads(1)
+    scenes = bundled_examples()
+    if given.descriptions:
+        scenes += read_descriptions(sorted(given.descriptions.glob("*.jsonl")))
+    if given.what == "check":
+        raise SystemExit(not check(given.file, scenes, given.tolerance))
+    if given.sketch:
+        np.savez_compressed(given.file, **sketches(scenes))
+    else:
+        np.savez(given.file, **everything(scenes))
+
+
+def models() -> dict[str, Preset]:
+    """Return the models by name."""
+    published = {name: preset(name) for name in PUBLISHED}
+    paper = {f"{name} (paper)": preset(name, "paper") for name in PAPER}
+    learnt: Any = published["bayes"].frame_prior
+    prior = replace(learnt, predictor=FRAME_PREDICTORS["nearest-street"])
+    nearest = replace(published["bayes"], frame_prior=prior)
+    return published | paper | {NEAREST: nearest}
+
+
+def beliefs(scenes: Sequence[DescribedScene], model: Preset) -> dict[str, Table]:
+    """Return "scene, target" -> belief given the gold relations, shape (H, W)."""
+    found = {}
+    for scene in scenes:
+        city, said = read_scene(scene, load_map(scene.map), "gold")
+        for target, belief in beliefs_of(scene, said, city, model).items():
+            found[f"{scene.id}, {target}"] = belief
+    return found
+
+
+def everything(scenes: Sequence[DescribedScene]) -> dict[str, Table]:
+    """Return "model, scene, target" -> belief."""
+    return {
+        f"{name}, {which}": belief
+        for name, model in models().items()
+        for which, belief in beliefs(scenes, model).items()
+    }
+
+
+def check(file: Path, scenes: Sequence[DescribedScene], tolerance: float) -> bool:
+    """Print how far each model's beliefs are from those of a file; tell whether all is well."""
+    found = everything(scenes)
+    with np.load(file) as opened:
+        kept = {which: opened[which] for which in opened.files}
+    sound = True
+    for name in models():
+        apart = {
+            which: 0.5 * float(np.abs(belief - kept[which]).sum())
+            for which, belief in found.items()
+            if which.startswith(f"{name}, ") and which in kept
+        }
+        largest = float(np.max([*apart.values(), 0.0]))  # NaN when one is
+        moved = [which for which, distance in apart.items() if not distance <= tolerance]
+        sound &= not moved
+        told = f"; {len(moved)} moved, the first that of {moved[0]}" if moved else ""
+        print(f"{name}: total variation at most {largest:.1e} over {len(apart)} beliefs{told}")
+    lacking, unasked = len(found.keys() - kept.keys()), len(kept.keys() - found.keys())
+    if lacking or unasked:
+        print(f"{lacking} beliefs are not in {file}; {unasked} of its beliefs are not asked about")
+    return sound and not lacking and not unasked
+
+
+def sketches(scenes: Sequence[DescribedScene]) -> dict[str, NDArray[np.generic]]:
+    """Return a few numbers of each belief, by model M and belief B.
+
+    Returns
+    -------
+    dict
+        ``models``, shape (M,), and ``beliefs``, shape (B,): their names; ``signs``: the bits of
+        the projections, shape (P, S / 8); ``projections``, shape (M, B, P), and ``entropies``,
+        shape (M, B).
+    """
+    found = {name: beliefs(scenes, model) for name, model in models().items()}
+    flat = np.stack([[belief.reshape(-1) for belief in told.values()] for told in found.values()])
+    bits = np.random.default_rng(0).integers(2, size=(PROJECTIONS, flat.shape[-1]), dtype=np.uint8)
+    packed = np.packbits(bits, axis=1)
+    projections, entropies = sketch(flat, packed)
+    return {
+        "models": np.array(list(found)),
+        "beliefs": np.array(list(found[PUBLISHED[0]])),
+        "signs": packed,
+        "projections": projections,
+        "entropies": entropies,
+    }
+
+
+def sketch(flat: Table, signs: NDArray[np.uint8]) -> tuple[Table, Table]:
+    """Return the projections, shape (..., P), and entropies of beliefs of shape (..., S)."""
+    bits = np.unpackbits(signs, axis=1, count=flat.shape[-1])
+    projections: Table = flat @ (2.0 * bits - 1.0).T
+    return projections, entr(flat).sum(-1)
+
+
+if __name__ == "__main__":
+    main()
