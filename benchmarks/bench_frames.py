@@ -1,6 +1,6 @@
 """Measure predicting building fronts against the figures it has to meet.
 
-Run: python benchmarks/bench_frames.py [MAP] [--predictor ego-ctx] [--rounds 15]
+Run: python benchmarks/bench_frames.py [MAP] [--predictor ego-ctx] [--rounds 15] [--quick]
 
 MAP is an OpenStreetMap extract (.osm, .osm.pbf) or a map file (.geojson), of which up to 1,000
 buildings are predicted at once; without it 1,000 of the bundled maps are, some several times. One
@@ -9,6 +9,7 @@ it kept from before but the index of its map, whose making the first prediction 
 The reference is the bare network on the same pictures, drawn beforehand and not turned. One
 thread; times are the least of the rounds, of the wall and of the processor, which a busy machine
 lengthens less; for one prediction the mean over buildings, with the longest in brackets.
+--quick shows that the benchmark runs: few buildings, one round.
 """
 
 from __future__ import annotations
@@ -46,20 +47,22 @@ def main() -> None:
     options.add_argument("map", nargs="?", type=Path, help="an extract or a map file")
     options.add_argument("--predictor", default="ego-ctx", choices=("ego-ctx", "ctx", "ego"))
     options.add_argument("--rounds", type=int, default=15)
+    options.add_argument("--quick", action="store_true", help="show that it runs, in seconds")
     given = options.parse_args()
+    rounds, singles, many = (1, 4, 10) if given.quick else (given.rounds, SINGLES, MANY)
     torch.set_num_threads(1)
     load = " ".join(f"{x:.1f}" for x in os.getloadavg())
     print(f"{platform.machine()}, {os.cpu_count()} cores, load {load}, torch {torch.__version__}")
     trained = load_weights(shipped_weights(given.predictor))
     print(f"{'ms':44} {'wall':>15} {'processor':>15} {'network alone':>14} {'ratio':>6}  limit")
     bundled = [load_map(name) for name in bundled_maps()]
-    bench_one(trained, bundled[1], given.rounds)
+    bench_one(trained, bundled[1], singles, rounds)
     if given.map is None:
-        bench_many(trained, [(city, MANY // len(bundled)) for city in bundled], given.rounds)
+        bench_many(trained, [(city, many // len(bundled)) for city in bundled], rounds)
         return
     city = read_map(given.map)
-    bench_one(trained, city, given.rounds)
-    bench_many(trained, [(city, min(MANY, len(city.of_kind("building"))))], given.rounds)
+    bench_one(trained, city, singles, rounds)
+    bench_many(trained, [(city, min(many, len(city.of_kind("building"))))], rounds)
 
 
 def read_map(path: Path) -> CityMap:
@@ -69,9 +72,9 @@ def read_map(path: Path) -> CityMap:
     return import_osm(path, everything=True)[0]
 
 
-def bench_one(trained: TrainedFrames, city: CityMap, rounds: int) -> None:
+def bench_one(trained: TrainedFrames, city: CityMap, count: int, rounds: int) -> None:
     """Predict buildings one by one, after the first of a map that was just read."""
-    ids = [building.id for building in city.of_kind("building")][:SINGLES]
+    ids = [building.id for building in city.of_kind("building")][:count]
     fresh = [city.with_grid(city.grid) for _ in range(3)]
     firsts = [timed(lambda a=one: predict_fronts(trained, a, ids[:1]))[0] for one in fresh]
     whole = least([lambda i=i: predict_fronts(trained, city, [i]) for i in ids], rounds)

@@ -1,10 +1,11 @@
 """Measure importing, loading and asking maps, against the figures they have to meet.
 
-Run: python benchmarks/bench_maps.py [--osm ../shared/data/osm] [--rounds 5]
+Run: python benchmarks/bench_maps.py [--osm ../shared/data/osm] [--rounds 5] [--quick]
 
 Times are wall times in seconds, the least of the rounds and, in brackets, the median; memory is the
 peak of a process that does nothing else. Imports are measured in new processes, Python's start and
-the imports of libraries included. Without the extracts only the bundled maps are measured.
+the imports of libraries included. Without the extracts only the bundled maps are measured. --quick
+shows that the benchmark runs: small grids, one round, an extract of a block that it writes itself.
 """
 
 from __future__ import annotations
@@ -41,6 +42,13 @@ def peak_mb():
     with open("/proc/self/status") as status:
         return next(int(l.split()[1]) for l in status if l.startswith("VmHWM")) / 1024
 """
+Patch = tuple[str, str, dict[str, object], int | None]
+"""What it is called, the extract's name, what is asked of `import_osm`, and a limit in seconds."""
+
+PATCHES: list[Patch] = [
+    ("200 m of helsinki", "helsinki.osm.pbf", {"centre": [60.1699, 24.9384], "side_m": 200}, 5),
+    ("2 km of baltimore", "baltimore.osm.pbf", {"centre": [39.285, -76.59], "side_m": 2000}, 30),
+]
 
 
 def main() -> None:
@@ -48,16 +56,34 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--osm", type=Path, default=ROOT.parent / "shared" / "data" / "osm")
     options.add_argument("--rounds", type=int, default=5)
+    options.add_argument("--quick", action="store_true", help="show that it runs, in seconds")
     given = options.parse_args()
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    if given.quick:
+        quick_round()
+        return
     bench_loading(given.rounds)
-    bench_fields(given.rounds)
-    bench_large_grid()
+    bench_fields(given.rounds, 1000.0)
+    bench_large_grid(2500.0)
     if not given.osm.exists():
         print(f"no extracts in {given.osm}: imports not measured")
         return
-    bench_imports(given.osm, given.rounds)
-    bench_questions(given.osm, given.rounds)
+    bench_imports(given.osm, PATCHES, given.rounds)
+    bench_questions(given.osm / "baltimore.osm.pbf", 500, given.rounds)
+
+
+def quick_round() -> None:
+    """Run every part once on little."""
+    bench_loading(1)
+    bench_fields(1, 100.0)
+    bench_large_grid(250.0)
+    with tempfile.TemporaryDirectory() as scratch:
+        block = Path(scratch) / "block.osm"
+        block.write_text(block_text(), encoding="utf-8")
+        lon, lat = _lonlat(0, 0)
+        patches = [("80 m of a block", block.name, {"centre": [lat, lon], "side_m": 80}, 5)]
+        bench_imports(block.parent, patches, 1)
+        bench_questions(block, 5, 1)
 
 
 def bench_loading(rounds: int) -> None:
@@ -75,19 +101,19 @@ def bench_loading(rounds: int) -> None:
     show("load a bundled map, the first in a process", firsts, "0.050")
 
 
-def bench_fields(rounds: int) -> None:
-    """Compute every field of 100 landmarks on 401 x 401 cells, nothing cached."""
+def bench_fields(rounds: int, half_m: float) -> None:
+    """Compute every field of 100 landmarks on the cells of a square, nothing cached."""
     import shapely
 
     from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
     from sloop_ppl.maps.city import FIELDS
 
-    grid = Grid.square(1000.0)
+    grid = Grid.square(half_m)
     lots = []
     for i in range(100):
-        x, y = -900 + 180 * (i % 10), -900 + 180 * (i // 10)
-        shape = shapely.box(x, y, x + 40, y + 25) if i % 2 else shapely.LineString(
-            [(x, -1000), (x + 80, 1000)]
+        x, y = half_m * (-0.9 + 0.18 * (i % 10)), half_m * (-0.9 + 0.18 * (i // 10))
+        shape = shapely.box(x, y, x + 0.04 * half_m, y + 0.025 * half_m) if i % 2 else (
+            shapely.LineString([(x, -half_m), (x + 0.08 * half_m, half_m)])
         )  # fmt: skip
         lots.append(Landmark(f"L{i}", "building" if i % 2 else "street", shape, width_m=8.0))
 
@@ -108,39 +134,30 @@ def bench_fields(rounds: int) -> None:
     show("all fields of the 61 landmarks of cleveland", timed(one_map, rounds), "")
 
 
-def bench_large_grid() -> None:
-    """Report what 50 landmarks' fields take on 1001 x 1001 cells, in a process of their own."""
+def bench_large_grid(half_m: float) -> None:
+    """Report what 50 landmarks' fields take on the cells of a square, in a process of their own."""
     child = (
         f"import shapely, time\n{_PEAK}"
         "from sloop_ppl.maps import CityMap, Grid, Landmark\n"
         "lots = tuple(Landmark(f'B{i}', 'building', shapely.box(i, i, i + 30, i + 20))"
         " for i in range(0, 2000, 4))\n"
-        "city = CityMap('large', Grid.square(2500.0), lots)\n"
+        f"city = CityMap('large', Grid.square({half_m}), lots)\n"
         "before, t = peak_mb(), time.perf_counter()\n"
         "city.fields('B0').distance_m, city.fields('B0').bearing_rad\n"
         "one = time.perf_counter() - t\n"
         "for m in lots[:50]: f = city.fields(m.id); f.distance_m, f.bearing_rad\n"
-        "print(one, before, peak_mb())"
+        "print(one, before, peak_mb(), *city.grid.shape)"
     )
-    one, before, after = run(["-c", child]).split()
+    one, before, after, rows, columns = run(["-c", child]).split()
     print(
-        f"1001 x 1001 cells, 500 landmarks: {float(before):.0f} MB before any field, "
+        f"{rows} x {columns} cells, 500 landmarks: {float(before):.0f} MB before any field, "
         f"{float(one):.3f} s for those of one, {float(after):.0f} MB after those of 50"
     )
 
 
-def bench_imports(folder: Path, rounds: int) -> None:
-    """Import two patches and every extract, each in new processes."""
-    patches = [
-        ("200 m of helsinki", "helsinki.osm.pbf", {"centre": [60.1699, 24.9384], "side_m": 200}, 5),
-        (
-            "2 km of baltimore",
-            "baltimore.osm.pbf",
-            {"centre": [39.285, -76.59], "side_m": 2000},
-            30,
-        ),
-    ]
-    patches += [
+def bench_imports(folder: Path, patches: list[Patch], rounds: int) -> None:
+    """Import some patches and every extract, each in new processes."""
+    patches = patches + [
         (f"all of {path.name}", path.name, {"everything": True}, None)
         for path in sorted(folder.glob("*.osm*"))
     ]
@@ -155,21 +172,22 @@ def bench_imports(folder: Path, rounds: int) -> None:
             show(f"import {what}: {size}", seconds, str(limit or ""))
 
 
-def bench_questions(folder: Path, rounds: int) -> None:
-    """Ask a large map."""
+def bench_questions(extract: Path, count: int, rounds: int) -> None:
+    """Ask the map of an extract about so many buildings and points."""
     from sloop_ppl.maps.osm import import_osm
 
-    city, _ = import_osm(folder / "baltimore.osm.pbf", everything=True)
-    buildings = city.of_kind("building")
+    city, _ = import_osm(extract, everything=True)
+    buildings = city.of_kind("building")[:count]
     print(f"asking {city}:")
     asked: list[tuple[str, Callable[[], object]]] = [
-        ("bearing to the nearest path of 500 buildings",
-         lambda: [city.bearing_to_nearest_path(b.id) for b in buildings[:500]]),
-        ("frontage of 500 buildings", lambda: [city.frontage(b.id) for b in buildings[:500]]),
-        ("nearest of all landmarks to 500 points",
-         lambda: [city.nearest(7.0 * i, 3.0 * i, city.landmarks) for i in range(500)]),
-        ("landmarks within 50 m of 500 points",
-         lambda: [city.landmarks_near(7.0 * i, 3.0 * i) for i in range(500)]),
+        (f"bearing to the nearest path of {len(buildings)} buildings",
+         lambda: [city.bearing_to_nearest_path(b.id) for b in buildings]),
+        (f"frontage of {len(buildings)} buildings",
+         lambda: [city.frontage(b.id) for b in buildings]),
+        (f"nearest of all landmarks to {count} points",
+         lambda: [city.nearest(7.0 * i, 3.0 * i, city.landmarks) for i in range(count)]),
+        (f"landmarks within 50 m of {count} points",
+         lambda: [city.landmarks_near(7.0 * i, 3.0 * i) for i in range(count)]),
         ("find a name", lambda: city.find("Pratt Street")),
         ("find a misspelt name", lambda: city.find("Prat Stret")),
         ("a window of 200 m", lambda: city.window((0.0, 0.0), 200.0)),
@@ -177,6 +195,34 @@ def bench_questions(folder: Path, rounds: int) -> None:
     for what, ask in asked:
         ask()
         show(f"  {what}", timed(ask, rounds), "")
+
+
+def block_text() -> str:
+    """Return an extract of two streets and four buildings in OpenStreetMap's XML."""
+    ways = [
+        ([(-60, 0), (60, 0)], {"highway": "residential", "name": "Pratt Street"}),
+        ([(0, -60), (0, 60)], {"highway": "residential", "name": "Light Street"}),
+    ]
+    for x, y in ((-30, -25), (15, -25), (-30, 15), (15, 15)):
+        corners = [(x, y), (x + 15, y), (x + 15, y + 10), (x, y + 10)]
+        ways.append(([*corners, corners[0]], {"building": "yes", "name": f"House {len(ways) - 1}"}))
+    places = list(dict.fromkeys(place for way, _ in ways for place in way))
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<osm version="0.6">']
+    for number, (lon, lat) in enumerate((_lonlat(*place) for place in places), start=1):
+        lines.append(f'<node id="{number}" version="1" lat="{lat:.7f}" lon="{lon:.7f}"/>')
+    for number, (way, tags) in enumerate(ways, start=1):
+        nodes = "".join(f'<nd ref="{places.index(place) + 1}"/>' for place in way)
+        told = "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
+        lines.append(f'<way id="{number}" version="1">{nodes}{told}</way>')
+    return "\n".join([*lines, "</osm>", ""])
+
+
+def _lonlat(x: float, y: float) -> tuple[float, float]:
+    """Return longitude and latitude of a place in metres from the middle of the block."""
+    from sloop_ppl.maps import Grid
+
+    lon, lat = Grid.square(100.0, 5.0, (39.285, -76.59)).to_lonlat(x, y)
+    return float(lon), float(lat)
 
 
 def touch(city: object, landmark_id: str) -> None:

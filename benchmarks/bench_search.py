@@ -1,9 +1,10 @@
 """Compare the planners' rates in one process, and print ratios.
 
-Run: python benchmarks/bench_search.py [--rounds 7]
+Run: python benchmarks/bench_search.py [--rounds 7] [--quick]
 
 Every round runs each contender once, in turn, so that all of them meet the same machine; the
-median of the CPU times counts, and ratios are medians over rounds.
+median of the CPU times counts, and ratios are medians over rounds. --quick shows that all but
+compiling anew runs: few simulations, short searches, one round.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ import contextlib
 import io
 import os
 import random
-import resource
 import statistics
 import subprocess
 import sys
@@ -40,7 +40,7 @@ from sloop_ppl.search._pomdp import POUCT, Agent
 from sloop_ppl.search.fast import NativePouct
 from sloop_ppl.search.native_search import NativeSearch
 
-SIDE = 41
+SIDE, LARGE = 41, 401
 
 
 def bundled_agent():
@@ -124,13 +124,14 @@ def rates(contenders, rounds):
     return told
 
 
-def planning(rounds):
-    """Print rates of planning and their ratios."""
+def planning(rounds, share=1):
+    """Print rates of planning and their ratios, with the usual simulations divided by `share`."""
+    few, some, many = (sims // share for sims in (100, 1000, 20_000))
     contenders = {
-        "bundled": (bundled(100), 100),
-        "pouct": (ours("pouct", 1000), 1000),
-        "fast": (ours("fast", 20_000), 20_000),
-        "fast, 401 x 401, 3 targets": (ours("fast", 20_000, 401, 3), 20_000),
+        "bundled": (bundled(few), few),
+        "pouct": (ours("pouct", some), some),
+        "fast": (ours("fast", many), many),
+        f"fast, {LARGE} x {LARGE}, 3 targets": (ours("fast", many, LARGE, 3), many),
     }
     told = rates(contenders, rounds)
     for name, values in told.items():
@@ -141,8 +142,8 @@ def planning(rounds):
 
 
 def belief_update(rounds):
-    """Print the time of one exact belief update on 401 x 401 cells."""
-    space = space_of(401)
+    """Print the time of one exact belief update on many cells."""
+    space = space_of(LARGE)
     agent = our_agent(space)
     left, robot = space.actions[1], agent.belief.robot.moved(1)
     nothing = SearchObservation((-1,), 0)
@@ -151,16 +152,17 @@ def belief_update(rounds):
         begun = time.perf_counter()
         agent.belief.updated(left, nothing, robot)
         times.append(time.perf_counter() - begun)
-    print(f"belief update, 401 x 401: {statistics.median(times) * 1e3:.3f} ms (goal 1)")
+    told = f"{statistics.median(times) * 1e3:.3f} ms (goal 1)"
+    print(f"belief update, {LARGE} x {LARGE}: {told}")
 
 
-def trial(rounds):
-    """Print the time of 200 steps of a search, from searches that take long."""
+def trial(rounds, steps=200):
+    """Print the time of 200 steps of a search, from searches that take long or are cut short."""
     city = CityMap("empty", Grid.square(100.0), ())
     table = np.ones((SIDE, SIDE))
     table[:, SIDE // 2 :] = 1e-6  # the target is where it is hardly expected
     for rollout in ("published", "informed"):
-        config = SearchConfig(max_steps=200, rollout=rollout)
+        config = SearchConfig(max_steps=steps, rollout=rollout)
         times = []
         for seed in range(rounds):
             begun = time.process_time()
@@ -180,8 +182,7 @@ def trial(rounds):
 
 
 FIRST = """
-import time, resource
-import numpy as np
+import time
 import benchmarks.bench_search as bench
 begun = time.process_time()
 bench.ours("NAME", 1000)
@@ -189,12 +190,10 @@ print(time.process_time() - begun)
 """
 
 MEMORY = """
-import resource
-import numpy as np
 import benchmarks.bench_search as bench
-run = bench.ours("NAME", 100_000, 401, 3)
+run = bench.ours("NAME", SIMS, bench.LARGE, 3)
 run()
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(bench.peak_mb())
 """
 
 
@@ -203,41 +202,54 @@ def fresh(code, **environment):
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, **environment},
-        capture_output=True,
+        cwd=Path(__file__).parents[1],  # where `benchmarks` can be imported from
+        stdout=subprocess.PIPE,
         text=True,
         check=True,
     )
     return float(done.stdout)
 
 
-def processes(rounds):
+def peak_mb():
+    """Return the peak memory of this process alone (Linux).
+
+    `getrusage` would count that of the process it was started from.
+    """
+    status = Path("/proc/self/status").read_text()
+    return next(float(x.split()[1]) for x in status.splitlines() if x.startswith("VmHWM")) / 1024
+
+
+def processes(rounds, quick=False):
     """Print what a new process needs: CPU time to its first plan, and memory."""
     for name in ("fast", "informed"):
         first = FIRST.replace("NAME", name)
-        fresh(first)
+        if not quick:
+            fresh(first)  # what is compiled is kept for the next
         warm = statistics.median(fresh(first) for _ in range(min(rounds, 3)))
         print(f"first plan of {name} in a new process, cache warm: {warm:.2f} s (goal 1)")
-        with tempfile.TemporaryDirectory() as folder:
-            Path(folder).chmod(0o555)
-            cold = fresh(first, NUMBA_CACHE_DIR=folder)
-        print(f"the same with a read-only, empty cache folder: {cold:.2f} s (works)")
-        memory = fresh(MEMORY.replace("NAME", name))
-        print(
-            f"peak memory of {name}, 401 x 401, 3 targets: {memory:.0f} MB (goal 300)", flush=True
-        )
+        if not quick:  # compiling takes long
+            with tempfile.TemporaryDirectory() as folder:
+                Path(folder).chmod(0o555)
+                cold = fresh(first, NUMBA_CACHE_DIR=folder)
+            print(f"the same with a read-only, empty cache folder: {cold:.2f} s (works)")
+        sims = "1_000" if quick else "100_000"
+        memory = fresh(MEMORY.replace("NAME", name).replace("SIMS", sims))
+        where = f"{LARGE} x {LARGE}, 3 targets"
+        print(f"peak memory of {name}, {where}: {memory:.0f} MB (goal 300)", flush=True)
 
 
 def main():
     """Run every part."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
-    rounds = parser.parse_args().rounds
-    planning(rounds)
+    parser.add_argument("--quick", action="store_true", help="show that it runs, in seconds")
+    options = parser.parse_args()
+    rounds = 1 if options.quick else options.rounds
+    planning(rounds, 10 if options.quick else 1)
     belief_update(rounds)
-    trial(rounds)
-    processes(rounds)
-    here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"peak memory of this process: {here:.0f} MB")
+    trial(rounds, 10 if options.quick else 200)
+    processes(rounds, options.quick)
+    print(f"peak memory of this process: {peak_mb():.0f} MB")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Compare the planners' rewards on the same beliefs, places and starts, and print a table.
 
 Run: python benchmarks/search_quality.py [FILE.jsonl ...] [--model sloop-m4] [--starts 8]
-         [--planners greedy,fast:1000,fast:100000@2] [--out FILE]
+         [--planners greedy,fast:1000,fast:100000@2] [--out FILE] [--quick]
 
 Without files it takes the bundled examples. Beliefs come from the gold relations; one target is
 searched at a time, or with --together all targets of a description. A planner is a name,
@@ -9,7 +9,8 @@ optionally with `:sims`, `:rollout` and `@starts`, which is how many of the star
 Starts are keyed on description, target and number, so that all planners meet the same ones.
 With --imagined the targets are where the beliefs draw them: what planning is worth when the
 belief is right. Intervals are bootstrapped over configurations. Every row is printed, and
-written, as soon as it is known.
+written, as soon as it is known. --quick shows that the comparison runs: few targets, one start and
+few simulations of every planner.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ PLANNERS = (
     "greedy,random,pouct:1000@1,fast:1000:published,fast:10000:published@2,"
     "fast:1000,fast:10000,fast:100000@2"
 )
+QUICK = "greedy,random,pouct:10,fast:10:published@1,fast:10"
 
 
 def beliefs_of(files, model, maps):
@@ -133,7 +135,10 @@ def main():
     parser.add_argument("--imagined", action="store_true")
     parser.add_argument("--every", type=int, default=1, help="take every n-th case alone")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--quick", action="store_true", help="show that it runs, in seconds")
     options = parser.parse_args()
+    if options.quick:
+        options.planners, options.starts, options.every = QUICK, 1, 32
     known = {}
 
     def maps(name):

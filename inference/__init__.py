@@ -1,23 +1,35 @@
 """Inference: engines, the posterior, and what sums it up."""
 
-from sloop_ppl.inference.compare import EngineComparison, EngineRun, compare
-from sloop_ppl.inference.engine import ENGINES, Engine, InferenceInfo, LogFactors
-from sloop_ppl.inference.enumerate import enumerate_all, enumerated_joint
-from sloop_ppl.inference.exact import enumerated_log_factors, exact
+from sloop_ppl.inference._enumeration import PYRO_LOCK
+from sloop_ppl.inference._log_evidence import LogEvidence
+from sloop_ppl.inference.compare import (
+    EngineComparison,
+    EngineRun,
+    ModelScore,
+    compare,
+    rank_models,
+)
+from sloop_ppl.inference.engines import (
+    ENGINES,
+    Engine,
+    Enumerate,
+    Exact,
+    Importance,
+    InferenceInfo,
+)
 from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
-from sloop_ppl.inference.frames import FrameSummary
+from sloop_ppl.inference.factors import DescriptionFactor
+from sloop_ppl.inference.frames import Framed, FrameSummary
 from sloop_ppl.inference.hierarchical import sample_parameters
-from sloop_ppl.inference.importance import importance
-from sloop_ppl.inference.infer import infer_description
+from sloop_ppl.inference.infer import infer_batch, infer_description
 from sloop_ppl.inference.influence import Influence
+from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.lapses import Lapse
 from sloop_ppl.inference.learning import Example, Fitted, fit
-from sloop_ppl.inference.log_evidence import LogEvidence, ModelScore, rank_models
-from sloop_ppl.inference.nuts import nuts
 from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.inference.prior import log_priors
-from sloop_ppl.inference.said import Said
+from sloop_ppl.inference.sampling import Nuts, Svi
 from sloop_ppl.inference.summaries import (
     Place,
     entropy_nats,
@@ -28,47 +40,47 @@ from sloop_ppl.inference.summaries import (
     mode_m,
     probability_in,
 )
-from sloop_ppl.inference.svi import svi
 
 __all__ = [
     "ENGINES",
+    "PYRO_LOCK",
+    "DescriptionFactor",
     "Engine",
     "EngineComparison",
     "EngineRun",
+    "Enumerate",
+    "Exact",
     "Example",
     "Fitted",
     "FrameSummary",
+    "Framed",
+    "Importance",
     "InferenceInfo",
     "Influence",
+    "JointPosterior",
     "Lapse",
     "LogEvidence",
-    "LogFactors",
     "ModelScore",
+    "Nuts",
     "ParameterDraws",
     "ParameterSummary",
     "Place",
     "Posterior",
-    "Said",
+    "Svi",
     "cells_geojson",
     "compare",
     "entropy_nats",
-    "enumerate_all",
-    "enumerated_joint",
-    "enumerated_log_factors",
-    "exact",
     "expected_distance_m",
     "expected_m",
     "fit",
     "hpd_cells",
     "hpd_places",
-    "importance",
+    "infer_batch",
     "infer_description",
     "log_priors",
     "mode_m",
-    "nuts",
     "probability_in",
     "rank_models",
     "sample_parameters",
-    "svi",
     "write_geojson",
 ]

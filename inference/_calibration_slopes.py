@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.batch import infer_batch
+from sloop_ppl.inference.infer import infer_batch
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import PredictedSpread, Preset

@@ -28,7 +28,7 @@ from sloop_ppl.inference._calibration_slopes import (
     residual,
     sharper_frames,
 )
-from sloop_ppl.inference.fronts import Framed, directions, front_prior, front_table
+from sloop_ppl.inference.frames import Framed, FramePosterior, directions, frame_nodes
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import PredictedSpread, Preset, RelationTerm
@@ -154,9 +154,10 @@ def _ranks(
     away = city.fields(drawn.description.relations[0].ground).distance_m
     names = [part.name for part in model.components]
     component = posterior.component(_TARGET)
-    term = posterior.said[_TARGET][0].terms[0]
-    mass = front_table(posterior, _TARGET, Framed(0, 0, term), _FRONTS).sum(1)
-    _, before, home = front_prior(term, model, _FRONTS)
+    (factor,), (term, *_) = posterior.factors, posterior.grounded(_TARGET)
+    frame = FramePosterior(posterior.joint, factor, _TARGET, Framed(0, 0, term))
+    mass = frame.table(_FRONTS).sum(1)
+    _, before, home = frame.nodes(_FRONTS)
     likeliest = int(np.bincount(home, weights=before).argmax())
     angles = directions(_FRONTS)
     off = _turned(angles - angles[likeliest])
@@ -190,7 +191,10 @@ def _turn(term: RelationTerm, model: Preset, mass: Table, at: int) -> tuple[floa
         return None
     priors = []
     for times in (1.0, STEP):
-        _, weights, home = front_prior(term, sharper_frames(model, times), _FRONTS)
+        prior = sharper_frames(model, times).front_prior(term)
+        if prior is None:
+            return None
+        _, weights, home = frame_nodes(prior, _FRONTS, term.n_cells)
         priors.append(np.bincount(home, weights=weights, minlength=_FRONTS))
     return residual(mass, mass * priors[1] / priors[0], at)
 

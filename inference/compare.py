@@ -1,15 +1,16 @@
-"""Run one description under several engines: how far from exact, and how long each took."""
+"""Compare engines on one description, and models by the evidence of what was said."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sloop_ppl.errors import SloopError
-from sloop_ppl.inference.engine import ENGINES
+from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.inference.engines import ENGINES, Engine, engine_of
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.language import Description
@@ -20,7 +21,7 @@ from sloop_ppl.rng import child
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["EngineComparison", "EngineRun", "compare"]
+__all__ = ["EngineComparison", "EngineRun", "ModelScore", "compare", "rank_models"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +105,11 @@ def compare(
     description: Description,
     city: CityMap,
     model: str | Preset = "bayes",
-    engines: Sequence[str] | None = None,
+    engines: Sequence[str | Engine] | None = None,
     *,
     prior: Any = None,
     rng: np.random.Generator,
-    reference: str = "exact",
+    reference: str | Engine = "exact",
 ) -> EngineComparison:
     """Infer from one description with several engines.
 
@@ -117,7 +118,7 @@ def compare(
     description : what was said.
     city : the map.
     model : a model's name, or a Preset.
-    engines : names of engines; all that are registered when None.
+    engines : names of engines, or engines with options; all that are registered when None.
     prior : belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
     rng : where engines that draw do so, each from a stream of its own name.
     reference : the engine that counts as right.
@@ -132,18 +133,18 @@ def compare(
     UnknownName : when there is no such engine or model.
     """
     chosen = preset(model)
-    names = tuple(ENGINES) if engines is None else tuple(engines)
-    for name in (*names, reference):
-        ENGINES[name]  # an unknown name is refused before the work
+    # An unknown name is refused before the work.
+    first = engine_of(reference)
+    others = [engine_of(engine) for engine in (ENGINES if engines is None else engines)]
     right, _ = infer_description(
-        description, city, chosen, reference, prior=prior, rng=child(rng, "engine", reference)
+        description, city, chosen, first, prior=prior, rng=child(rng, "engine", first.name)
     )
-    runs = [_run(name, right, description, city, chosen, prior, rng) for name in names]
-    return EngineComparison(chosen.name, reference, tuple(runs))
+    runs = [_run(engine, right, description, city, chosen, prior, rng) for engine in others]
+    return EngineComparison(chosen.name, first.name, tuple(runs))
 
 
 def _run(
-    engine: str,
+    engine: Engine,
     right: Posterior,
     description: Description,
     city: CityMap,
@@ -153,12 +154,110 @@ def _run(
 ) -> EngineRun:
     try:
         posterior, info = infer_description(
-            description, city, model, engine, prior=prior, rng=child(rng, "engine", engine)
+            description, city, model, engine, prior=prior, rng=child(rng, "engine", engine.name)
         )
     except SloopError as error:
-        return EngineRun(engine, {}, None, float("nan"), str(error))
+        return EngineRun(engine.name, {}, None, float("nan"), str(error))
     apart = {
         target: float(0.5 * np.abs(posterior.belief(target) - right.belief(target)).sum())
         for target in right.targets
     }
-    return EngineRun(engine, apart, float(posterior.log_evidence), info.seconds)
+    return EngineRun(engine.name, apart, float(posterior.log_evidence), info.seconds)
+
+
+@dataclass(frozen=True)
+class ModelScore:
+    """How well one model predicted what was said.
+
+    Parameters
+    ----------
+    name : what the model is called in the comparison.
+    log_evidence : log probability of what was said, natural.
+    bits_behind : how many bits it is behind the best, >= 0.
+    p : its probability when all were equally likely before.
+    """
+
+    name: str
+    log_evidence: float
+    bits_behind: float
+    p: float
+
+
+def rank_models(
+    posteriors: Sequence[Posterior] | Mapping[str, Posterior],
+) -> tuple[ModelScore, ...]:
+    """Rank models by the probability they gave to what was said, best first.
+
+    Parameters
+    ----------
+    posteriors : one posterior per model, of the same descriptions on the same map from the same
+        prior; by name, or named by their models.
+
+    Raises
+    ------
+    InputError : when there are none; when one is not normalised over what could have been said;
+        or when they are not about the same words, map, prior and sensing.
+
+    Notes
+    -----
+    The evidence of a model with ``truth`` or ``map`` normalisation is no probability of what was
+    said, so it ranks nothing.
+    """
+    named = _named(posteriors)
+    (first_name, first), *others = named.items()
+    for name, posterior in named.items():
+        if posterior.model.normalisation != "speaker":
+            raise InputError(
+                f"Model '{name}' has '{posterior.model.normalisation}' normalisation, so its log "
+                "evidence ranks no models; expected 'speaker' for all of them: "
+                "dataclasses.replace(model, normalisation='speaker')"
+            )
+    for name, posterior in others:
+        differs = _difference(first, posterior)
+        if differs:
+            raise InputError(
+                f"Models '{first_name}' and '{name}' cannot be ranked: they differ in {differs}; "
+                "infer both from the same"
+            )
+    scores = np.array([float(posterior.log_evidence) for posterior in named.values()])
+    best = scores.max()
+    share = np.exp(scores - best)
+    ranked = [
+        ModelScore(name, float(score), float((best - score) / math.log(2)), float(p))
+        for name, score, p in zip(named, scores, share / share.sum(), strict=True)
+    ]
+    return tuple(sorted(ranked, key=lambda score: -score.log_evidence))
+
+
+def _named(posteriors: Sequence[Posterior] | Mapping[str, Posterior]) -> dict[str, Posterior]:
+    if isinstance(posteriors, Mapping):
+        named = dict(posteriors)
+    else:
+        named = {posterior.model.name: posterior for posterior in posteriors}
+        if len(named) < len(posteriors):
+            raise InputError(
+                "Two of the posteriors have models of the same name; give a mapping of name to "
+                "posterior"
+            )
+    if not named:
+        raise InputError("There is no posterior to rank; expected at least one")
+    return named
+
+
+def _difference(one: Posterior, other: Posterior) -> str:
+    """Return what two posteriors were told differently, or nothing."""
+    if one.city.digest != other.city.digest:
+        return "their map"
+    if one.descriptions != other.descriptions:
+        return "what was said"
+    if one.model.joint_grounds != other.model.joint_grounds and any(
+        len(r.grounds) > 1 for d in one.descriptions for r in d.relations
+    ):
+        return "how many phrases a relation to several grounds is (joint_grounds)"
+    for mine, theirs, what in (
+        (one.log_prior, other.log_prior, "their prior"),
+        (one.log_sensed, other.log_sensed, "what was sensed"),
+    ):
+        if set(mine) != set(theirs) or any(not np.array_equal(mine[t], theirs[t]) for t in mine):
+            return what
+    return ""

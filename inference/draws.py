@@ -1,27 +1,29 @@
-"""Draw cells, components and fronts together from a posterior."""
+"""Draw cells, components and frames together from a posterior, and hand the draws to ArviZ.
+
+Shape legend: n draws; K components; M angles.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.fronts import (
-    Framed,
-    framed_terms,
-    front_distribution,
-    front_prior,
-    front_ratio,
-)
+from sloop_ppl.inference.factors import DescriptionFactor, site_name
+from sloop_ppl.inference.frames import Framed, FramePosterior, framed_relations
+from sloop_ppl.inference.joint import JointPosterior
+from sloop_ppl.maps import Grid
+from sloop_ppl.models import SharedFrame
 
 if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
+    import xarray
 
-__all__ = ["draws_from", "uniforms_for"]
+__all__ = ["draws_from", "import_arviz", "to_arviz", "uniforms_for"]
 
 Table = NDArray[np.float64]
 _BINS = 72
@@ -29,35 +31,54 @@ _AT_ONCE = 10_000
 
 
 def uniforms_for(
-    posterior: Posterior, target: str, n: int, rng: np.random.Generator | None
+    factors: Sequence[DescriptionFactor], target: str, n: int, rng: np.random.Generator | None
 ) -> Table:
-    """Return the numbers that n draws take: for the cell, the components and the fronts.
+    """Return the numbers that n draws take: for the cell, the components and the frames.
 
     Parameters
     ----------
-    posterior : what will be drawn from.
-    target : id of the target.
-    n : how many draws, > 0.
-    rng : where the numbers are drawn from; None for a lattice, the same every time.
+    factors
+        The descriptions.
+    target
+        Id of the target.
+    n
+        How many draws, > 0.
+    rng
+        Where the numbers are drawn from; None for a lattice, the same every time.
 
     Raises
     ------
-    InputError : when `n` is not positive.
+    InputError
+        When `n` is not positive.
     """
     if n < 1:
         raise InputError(f"n is {n}; expected at least one draw")
-    needed = 1 + len(posterior._said(target)) + 2 * len(framed_terms(posterior, target))
+    heard = sum(target in factor.log_factors for factor in factors)
+    needed = 1 + heard + 2 * len(framed_relations(factors, target))
     return _lattice(n, needed) if rng is None else rng.random((n, needed))
 
 
-def draws_from(posterior: Posterior, target: str, uniforms: Table) -> xarray.Dataset:
+def draws_from(
+    joint: JointPosterior,
+    factors: Sequence[DescriptionFactor],
+    grid: Grid,
+    target: str,
+    uniforms: Table,
+) -> xarray.Dataset:
     """Turn uniform numbers into draws from the joint posterior of a target.
 
     Parameters
     ----------
-    posterior : what is drawn from.
-    target : id of the target.
-    uniforms : numbers in [0, 1), shape (n, D), from `uniforms_for`.
+    joint
+        What is drawn from.
+    factors
+        The descriptions.
+    grid
+        The map's cells.
+    target
+        Id of the target.
+    uniforms
+        Numbers in [0, 1), shape (n, D), from `uniforms_for`.
 
     Returns
     -------
@@ -72,36 +93,39 @@ def draws_from(posterior: Posterior, target: str, uniforms: Table) -> xarray.Dat
     cell; front ~ p(psi | cell, z), which is its prior when z leaves frames out. A front that is
     not a point is drawn evenly within its bin of a degree.
     """
-    grid = posterior.city.grid
-    cells = _inverse(posterior.belief(target).reshape(-1), uniforms[:, 0])
+    import xarray
+
+    heard = [which for which, factor in enumerate(factors) if target in factor.log_factors]
+    cells = _inverse(joint.probabilities(f"{target}/cell"), uniforms[:, 0])
     rows, cols = np.divmod(cells, grid.n_cols)
-    said = posterior.said[target]
-    chosen = np.zeros((len(cells), len(said)), dtype=np.intp)
-    for which in range(len(said)):
-        weights = posterior._joint(target, which)[:, cells]
-        chosen[:, which] = _by_column(weights, uniforms[:, 1 + which])
-    framed = framed_terms(posterior, target)
+    chosen = np.zeros((len(cells), len(heard)), dtype=np.intp)
+    names: Table = np.array([], dtype=str)
+    for column, which in enumerate(heard):
+        component = site_name(f"{target}/component", which)
+        weights = joint.probabilities(component, f"{target}/cell")[:, cells]
+        chosen[:, column] = _by_column(weights, uniforms[:, 1 + column])
+        names = np.array(factors[which].components)
+    framed = framed_relations(factors, target)
     fronts = np.zeros((len(cells), len(framed)))
     for k, frame in enumerate(framed):
+        own = FramePosterior(joint, factors[frame.which], target, frame)
         # Phrases of one description that share a front draw it with the same numbers.
-        same = (f for f in range(k) if _share(posterior, target, framed[f], frame))
-        first = next(same, k)
-        column = 1 + len(said) + 2 * first
+        same = (f for f in range(k) if _share(factors, framed[f], frame))
+        column = 1 + len(heard) + 2 * next(same, k)
         for start in range(0, len(cells), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             pick, within = uniforms[part, column], uniforms[part, column + 1]
-            components = chosen[part, frame.which]
+            components = chosen[part, heard.index(frame.which)]
             fronts[part, k] = _fronts(
-                posterior, target, frame, cells[part], components, pick, within
+                joint, factors, target, own, frame, cells[part], components, pick, within
             )
-    names = np.array([part.name for part in posterior.model.components])
     return xarray.Dataset(
         {
             "x": ("draw", grid.x_m[cols], {"units": "m"}),
             "y": ("draw", grid.y_m[rows], {"units": "m"}),
             "row": ("draw", rows),
             "col": ("draw", cols),
-            "component": (("draw", "description"), names[chosen]),
+            "component": (("draw", "description"), names[chosen] if heard else chosen.astype(str)),
             "front": (("draw", "frame"), fronts, {"units": "rad"}),
         },
         coords={
@@ -110,6 +134,82 @@ def draws_from(posterior: Posterior, target: str, uniforms: Table) -> xarray.Dat
         },
         attrs={"target": target},
     )
+
+
+def to_arviz(
+    draws: Mapping[str, xarray.Dataset],
+    names: Sequence[str],
+    constants: xarray.Dataset,
+    attrs: Mapping[str, Any],
+) -> Any:
+    """Return an ArviZ InferenceData of draws from a posterior.
+
+    Parameters
+    ----------
+    draws
+        Target -> draws, from `draws_from`; they are one chain.
+    names
+        Names of the components.
+    constants
+        Exact tables, for the group ``constant_data``.
+    attrs
+        Attributes of the group ``posterior``.
+
+    Returns
+    -------
+    arviz.InferenceData
+        Group ``posterior`` with, for each target T, ``T_x``, ``T_y`` (metres), ``T_component``
+        (index into the attribute ``components``, one per description) and ``T_front`` (radians,
+        one per frame); group ``constant_data`` with the exact ``belief`` and ``log_prior`` over
+        cells.
+
+    Raises
+    ------
+    InputError
+        When ArviZ is not installed, or is a version without InferenceData.
+
+    Notes
+    -----
+    The draws are independent, so r-hat and effective sample sizes say nothing about them; entropy
+    and HPD regions are exact in the Posterior itself.
+    """
+    import xarray
+
+    arviz = import_arviz()
+    drawn: dict[str, xarray.DataArray] = {}
+    for target, table in draws.items():
+        index = np.searchsorted(np.sort(names), table["component"].values)
+        coded = table.copy()
+        coded["component"] = table["component"].copy(data=np.argsort(names)[index])
+        coded = coded.drop_vars(["row", "col", "ground", "relation"]).expand_dims(chain=[0])
+        coded = coded.assign_coords(draw=np.arange(table.sizes["draw"]))
+        own = {"description": f"{target}_description", "frame": f"{target}_frame"}
+        for name, array in coded.data_vars.items():
+            if array.size:
+                drawn[f"{target}_{name}"] = array.rename(
+                    {k: v for k, v in own.items() if k in array.dims}
+                )
+    return arviz.InferenceData(
+        posterior=xarray.Dataset(drawn, attrs=dict(attrs)), constant_data=constants
+    )
+
+
+def import_arviz() -> Any:
+    """Import ArviZ without its notice about the coming version."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)
+            import arviz
+    except ImportError as error:
+        raise InputError(
+            "ArviZ is not installed; install it with: pip install 'sloop-ppl[arviz]'"
+        ) from error
+    if not hasattr(arviz, "InferenceData"):
+        raise InputError(
+            f"ArviZ {arviz.__version__} has no InferenceData; expected a version below 1: pip "
+            "install 'sloop-ppl[arviz]'"
+        )
+    return arviz
 
 
 def _lattice(n: int, dimensions: int) -> Table:
@@ -144,16 +244,18 @@ def _by_column(weights: Table, uniforms: Table) -> NDArray[np.intp]:
     return drawn
 
 
-def _share(posterior: Posterior, target: str, one: Framed, other: Framed) -> bool:
+def _share(factors: Sequence[DescriptionFactor], one: Framed, other: Framed) -> bool:
     """Tell whether two phrases speak of one front."""
-    shared = posterior.said[target][one.which].shared
+    shared = [v.ground for v in factors[one.which].data.shared if isinstance(v, SharedFrame)]
     same = (one.which, one.term.ground) == (other.which, other.term.ground)
-    return same and one.term.ground in shared.grounds
+    return same and one.term.ground in shared
 
 
 def _fronts(
-    posterior: Posterior,
+    joint: JointPosterior,
+    factors: Sequence[DescriptionFactor],
     target: str,
+    own: FramePosterior,
     framed: Framed,
     cells: NDArray[np.intp],
     components: NDArray[np.intp],
@@ -161,21 +263,23 @@ def _fronts(
     within: Table,
 ) -> Table:
     """Draw one front for each drawn cell and component."""
-    term, model = framed.term, posterior.model
-    shared = posterior.said[target][framed.which].shared
-    if term.ground in shared.grounds:
-        angles = shared.fronts_rad[:, shared.grounds.index(term.ground)]
-        joint = posterior._coupling.joint(target, framed.which)
-        node = _by_column(joint[:, components, cells], pick)
+    axis = own.tables.phrase.shared_axis
+    if axis is not None:
+        shared = factors[framed.which].data.shared[axis]
+        angles = np.array(shared.support)
+        names = (
+            site_name(shared.name, framed.which),
+            site_name(f"{target}/component", framed.which),
+        )
+        weights = joint.probabilities(*names, f"{target}/cell")
+        node = _by_column(weights[:, components, cells], pick)
     else:
-        angles, mass, _ = front_prior(term, model, _BINS)
-        uses = np.array([part.uses_frames for part in model.components])[components]
+        angles, mass, _ = own.nodes(_BINS)
+        uses = np.array([part.uses_frames for part in factors[framed.which].data.model.components])
         places, home = np.unique(cells, return_inverse=True)
-        told = mass[:, None] * front_ratio(term, model, angles, places)
-        node = _by_column(np.where(uses, told[:, home], mass[:, None]), pick)
-    points = [
-        part.mean_rad for part in front_distribution(term, model).parts if math.isinf(part.kappa)
-    ]
+        told = mass[:, None] * own.ratio_at(angles, places)
+        node = _by_column(np.where(uses[components], told[:, home], mass[:, None]), pick)
+    points = [part.mean_rad for part in own.prior.parts if math.isinf(part.kappa)]
     width = 2 * math.pi / max(len(np.unique(angles)) - len(points), 1)
     jitter = np.where(np.isin(angles[node], points), 0.0, (within - 0.5) * width)
     drawn: Table = (angles[node] + jitter + math.pi) % (2 * math.pi) - math.pi

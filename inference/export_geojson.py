@@ -5,24 +5,45 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import Preset
 from sloop_ppl.outputs import check_output, written_whole
-
-if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
 
 __all__ = ["cells_geojson", "write_geojson"]
 
 _DECIMALS = 8  # about a millimetre
 
 
-def cells_geojson(
-    posterior: Posterior, targets: Sequence[str], least: float = 0.0
-) -> dict[str, Any]:
+class Beliefs(Protocol):
+    """What is written: a Posterior, or anything that has as much of it."""
+
+    @property
+    def city(self) -> CityMap:
+        """The map."""
+
+    @property
+    def model(self) -> Preset:
+        """The observation model."""
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The texts of the descriptions."""
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Ids of the targets."""
+
+    def belief(self, target: str) -> NDArray[np.float64]:
+        """Return the probability of each cell, shape (H, W)."""
+
+
+def cells_geojson(posterior: Beliefs, targets: Sequence[str], least: float = 0.0) -> dict[str, Any]:
     """Return a FeatureCollection with one square per cell and target.
 
     Parameters
@@ -97,7 +118,7 @@ def cells_geojson(
     }
 
 
-def write_geojson(posterior: Posterior, path: str | Path, least: float = 0.0) -> None:
+def write_geojson(posterior: Beliefs, path: str | Path, least: float = 0.0) -> None:
     """Write the cells of every target to a ``.geojson`` or ``.json`` file, whole or not at all."""
     target = check_output(path, (".geojson", ".json"))
     cells = cells_geojson(posterior, posterior.targets, least)

@@ -13,8 +13,8 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference._enumeration import seeded_torch
 from sloop_ppl.inference.frame_examples import Batch, FrameExamples, examples_of_maps, joined
-from sloop_ppl.inference.torch_seed import seeded_torch
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, TrainedFrames, log_density
 from sloop_ppl.registry import Registry

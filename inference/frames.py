@@ -1,37 +1,49 @@
-"""What a description, and where its target may be, tell about the frames that were used."""
+"""What is known of the frames that were used: which way grounds face, alone and cell by cell.
+
+Shape legend: S cells; K components; B directions; X = V S pairs of shared latents and cell.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.inference._phrase_tables import PhraseTables
+from sloop_ppl.inference.factors import DescriptionFactor, site_name
+from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.summaries import circular_summary
-from sloop_ppl.models import (
-    FrameDistribution,
-    FramePart,
-    Preset,
-    RelationTerm,
-    SharedFrames,
-    front_prior,
-    log_phrase,
-    log_phrase_given_front,
-)
+from sloop_ppl.maps import Grid
+from sloop_ppl.models import FrameDistribution, FramePart, RelationTerm, SharedFrame
 
 if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
+    import xarray
 
-__all__ = ["FrameSummary", "summarise_frame", "summarise_frames", "summarise_shared_frame"]
+__all__ = [
+    "FramePosterior",
+    "FrameSummary",
+    "Framed",
+    "directions",
+    "find_framed",
+    "frame_array",
+    "frame_nodes",
+    "frame_table",
+    "framed_relations",
+    "summarise_frames",
+]
 
-Ratio = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Posterior over prior density of fronts, up to a constant."""
+Table = NDArray[np.float64]
 
 _BINS = 360
+_NODES_PER_BIN = 5
+_MOST_CELLS = 20_000
+"""On larger maps one angle stands for a bin."""
+_MOST_NUMBERS = 8_000_000
 
 
 @dataclass(frozen=True)
@@ -40,11 +52,16 @@ class FrameSummary:
 
     Parameters
     ----------
-    ground : id of the landmark.
-    relation : the relation whose frame it is.
-    mean_rad : mean direction of the ground's front, radians anticlockwise from east.
-    kappa : concentration of the part; None for a point.
-    p : posterior probability of the part; what is missing to one is the lapse.
+    ground
+        Id of the landmark.
+    relation
+        The relation whose frame it is.
+    mean_rad
+        Mean direction of the ground's front, radians anticlockwise from east.
+    kappa
+        Concentration of the part; None for a point.
+    p
+        Posterior probability of the part; what is missing to one is the lapse.
     """
 
     ground: str
@@ -54,115 +71,348 @@ class FrameSummary:
     p: float
 
 
-@torch.no_grad()
-def summarise_frame(
-    term: RelationTerm,
-    model: Preset,
-    used: NDArray[np.float64],
-    unused: float,
-) -> tuple[FrameSummary, ...]:
-    """Return the posterior of each part of a frame's prior, most probable first.
+@dataclass(frozen=True, eq=False)
+class Framed:
+    """A relation of a target whose meaning depends on which way its ground faces.
 
     Parameters
     ----------
-    term : a frame relation.
-    model : the observation model.
-    used : posterior probability of each cell jointly with a component that uses the frame,
-        shape (S,).
-    unused : posterior probability of the components that do not; they leave the prior.
+    which
+        Position of the description that holds it.
+    relation
+        Index of the relation among those of the target.
+    term
+        The relation to one of its grounds.
+    """
+
+    which: int
+    relation: int
+    term: RelationTerm
+
+
+def directions(bins: int) -> Table:
+    """Return B equal directions in radians, the first east, anticlockwise, shape (B,)."""
+    if bins < 4:
+        raise InputError(f"bins is {bins}; expected at least 4 directions")
+    return 2 * math.pi * np.arange(bins, dtype=np.float64) / bins
+
+
+def framed_relations(factors: Sequence[DescriptionFactor], target: str) -> tuple[Framed, ...]:
+    """Return what was said of a target in some frame of reference, in the order it was said."""
+    found: list[Framed] = []
+    before = 0
+    for which, factor in enumerate(factors):
+        if target not in factor.log_factors:
+            continue
+        if any(part.uses_frames for part in factor.data.model.components):
+            found += [
+                Framed(which, before + term.index, term)
+                for term in factor.relations(target)
+                if term.needs_frame
+            ]
+        before += len(factor.description.about(target))
+    return tuple(found)
+
+
+def find_framed(
+    framed: Sequence[Framed], target: str, model: str, ground: str | None, relation: int | None
+) -> Framed:
+    """Return the one frame of a target that is meant.
+
+    Parameters
+    ----------
+    framed
+        What there is, from `framed_relations`.
+    target, model
+        Id of the target and name of the model, for messages.
+    ground
+        Id of the landmark whose front it is; None for any.
+    relation
+        Index among the target's relations; None for any.
+
+    Raises
+    ------
+    InputError
+        When no frame or several fit; give `ground`, `relation` or both.
+    UnknownName
+        When there is no frame of such a ground.
+    """
+    if not framed:
+        raise InputError(
+            f"Nothing that was said of '{target}' depends on a frame of reference under model "
+            f"'{model}'; expected front, behind, left or right"
+        )
+    grounds = tuple(dict.fromkeys(one.term.ground for one in framed))
+    if ground is not None and ground not in grounds:
+        raise UnknownName("ground with a front", ground, grounds)
+    fitting = [
+        one
+        for one in framed
+        if ground in (None, one.term.ground) and relation in (None, one.relation)
+    ]
+    if len(fitting) == 1:
+        return fitting[0]
+    listed = ", ".join(f"{one.relation} ({one.term.relation} {one.term.ground})" for one in framed)
+    asked = f"ground {ground!r} and relation {relation}"
+    raise InputError(
+        f"{len(fitting)} frames of '{target}' fit {asked}; name one of the relations {listed}"
+    )
+
+
+class FramePosterior:
+    """The posterior of one frame jointly with the cell of the target it was said of.
+
+    Parameters
+    ----------
+    joint
+        The joint posterior.
+    factor
+        The description.
+    target
+        Id of the target.
+    framed
+        The relation.
 
     Notes
     -----
-    p(psi | said) = p(psi) [unused + sum_s used(s) g(s, psi) / E_psi g(s, psi)].
+    p(psi, s | all) = p(psi) [used(s) phi(s, psi) / E_psi phi(s, psi) + unused(s)], where `unused`
+    is the share of the components that leave frames out.
     """
-    cells = np.flatnonzero(used > 1e-7 * max(used.max(), 1e-300))
-    shares = torch.from_numpy(used[cells]).log() - log_phrase(term, model)[cells]
 
-    def ratio(fronts: NDArray[np.float64]) -> NDArray[np.float64]:
-        log_p = log_phrase_given_front(term, model, fronts)[:, cells]
-        return np.asarray(unused + torch.exp(log_p + shares).sum(-1).numpy())
+    def __init__(
+        self, joint: JointPosterior, factor: DescriptionFactor, target: str, framed: Framed
+    ) -> None:
+        model, data = factor.data.model, factor.data
+        self.term = framed.term
+        self.tables = PhraseTables(data, framed.term)
+        self.prior: FrameDistribution = model.front_prior(framed.term) or model.frame_prior(
+            framed.term
+        )
+        self.n_cells = data.n_cells
+        names = [site_name(latent.name, framed.which) for latent in data.shared]
+        component = site_name(f"{target}/component", framed.which)
+        weights = joint.probabilities(*names, component, f"{target}/cell")
+        uses = np.array([part.uses_frames for part in model.components])
+        self.used = weights[..., uses, :].sum(-2).reshape(-1)  # (X,)
+        self.unused = weights[..., ~uses, :].sum(-2).reshape(-1)
+        self.by_component = np.moveaxis(weights, -2, 0).reshape(len(uses), -1)  # (K, X)
+        self.shape = (*weights.shape[:-2], weights.shape[-1])
+        self.shared = None
+        if self.tables.phrase.shared_axis is not None:
+            shared = data.shared[self.tables.phrase.shared_axis]
+            assert isinstance(shared, SharedFrame)
+            axis = self.tables.phrase.shared_axis
+            over = np.moveaxis(weights.sum(-2), axis, 0).reshape(len(shared.support), -1)
+            by_cell = over.reshape(len(shared.support), -1, self.n_cells).sum(1)
+            self.shared = _SharedGain(shared, by_cell, self.prior)
 
-    return _summaries(term, _prior(term, model), ratio)
+    def ratio(self, angles_rad: Table) -> Table:
+        """Return phi(s, psi) / E_psi phi(s, psi) for some fronts, 0 where nothing is likely.
+
+        Shape (B, X); for a frame of its own.
+        """
+        latents = ("draw", *self.tables.shared, "cell")
+        given = self.tables.log_phi_given_frame(angles_rad).aligned(latents).numpy()
+        expected = self.tables.log_phi.aligned(latents[1:]).numpy()
+        with np.errstate(invalid="ignore"):
+            ratio = np.exp(given - expected)
+        whole = np.broadcast_to(ratio, (len(angles_rad), *self.shape))
+        told: Table = np.nan_to_num(whole.reshape(len(angles_rad), -1), posinf=0.0)
+        return told
+
+    def ratio_at(self, angles_rad: Table, cells: NDArray[np.intp]) -> Table:
+        """Return what `ratio` does at some cells, shared latents averaged over, shape (B, C)."""
+        used = self.used.reshape(-1, self.n_cells)[:, cells]
+        mass = used.sum(0)
+        found = np.zeros((len(angles_rad), len(cells)))
+        step = max(1, _MOST_NUMBERS // self.used.size)
+        for start in range(0, len(angles_rad), step):
+            part = slice(start, start + step)
+            ratio = self.ratio(angles_rad[part]).reshape(-1, *used.shape[:1], self.n_cells)
+            weighed = (ratio[..., cells] * used).sum(1)
+            found[part] = np.divide(weighed, mass, out=np.zeros_like(weighed), where=mass > 0)
+        return found
+
+    def gain(self, angles_rad: Table) -> Table:
+        """Return posterior over prior density of some fronts, shape (B,)."""
+        if self.shared is not None:
+            return self.shared.overall(angles_rad)
+        total = np.full(len(angles_rad), float(self.unused.sum()))
+        step = max(1, _MOST_NUMBERS // self.used.size)
+        for start in range(0, len(angles_rad), step):
+            part = slice(start, start + step)
+            total[part] += self.ratio(angles_rad[part]) @ self.used
+        return total
+
+    def table(self, bins: int) -> Table:
+        """Return the joint posterior of `directions` and cells, shape (B, S), summing to one.
+
+        Each angle of the prior stands for the bin nearest to it; summed over directions the table
+        is the belief.
+        """
+        angles, mass, home = self.nodes(bins)
+        cell_mass = (self.used + self.unused).reshape(-1, self.n_cells).sum(0)
+        weigh: Callable[[Table], Table]
+        if self.shared is not None:
+            weigh = self.shared.gain
+        else:
+            used = self.used
+
+            def weigh(angles: Table) -> Table:
+                each = self.ratio(angles) * used
+                over: Table = each.reshape(len(angles), -1, self.n_cells).sum(1)
+                return over
+
+        table = np.zeros((bins, self.n_cells))
+        step = max(1, _MOST_NUMBERS // self.used.size)
+        for start in range(0, len(mass), step):
+            part = slice(start, start + step)
+            met, own = np.unique(home[part], return_inverse=True)
+            sums = np.zeros((len(met), len(own)))
+            sums[own, np.arange(len(own))] = mass[part]
+            table[met] += sums @ weigh(angles[part])
+        unused = np.zeros(self.n_cells)
+        if self.shared is None:
+            unused = self.unused.reshape(-1, self.n_cells).sum(0)
+        total = table.sum(0)  # restore each cell's mass
+        scale = np.divide(cell_mass - unused, total, out=np.zeros_like(total), where=total > 0)
+        prior = np.bincount(home, weights=mass, minlength=bins)
+        whole: Table = table * scale + prior[:, None] * unused
+        return whole
+
+    def nodes(self, bins: int) -> tuple[Table, Table, NDArray[np.intp]]:
+        """Return angles that stand for the prior, their mass, and the bin each falls into.
+
+        Points of the prior come first, at their own angle; shape (M,) each.
+        """
+        return frame_nodes(self.prior, bins, self.n_cells)
+
+    def summaries(self) -> tuple[FrameSummary, ...]:
+        """Return the posterior of each part of the prior, most probable first.
+
+        Each part is weighed by how much likelier its fronts have become.
+        """
+        angles = np.linspace(-math.pi, math.pi, _BINS, endpoint=False)
+        gain = self.gain(angles)
+        parts = [_part(part, angles, gain, self.gain) for part in self.prior.parts]
+        lapse = self.prior.lapse * float(gain.mean()) if self.prior.lapse else 0.0
+        total = sum(weight for weight, _, _ in parts) + lapse
+        summaries = [
+            FrameSummary(self.term.ground, self.term.relation, mean, kappa, weight / total)
+            for weight, mean, kappa in parts
+        ]
+        return tuple(sorted(summaries, key=lambda s: -s.p))
 
 
-def summarise_shared_frame(
-    term: RelationTerm, model: Preset, shared: SharedFrames, settings: NDArray[np.float64]
-) -> tuple[FrameSummary, ...]:
-    """Return the posterior of each part of a shared frame's prior, most probable first.
+def frame_nodes(
+    prior: FrameDistribution, bins: int, n_cells: int
+) -> tuple[Table, Table, NDArray[np.intp]]:
+    """Return angles that stand for a frame's prior, their mass, and the bin each falls into.
 
     Parameters
     ----------
-    term : a frame relation whose ground's front is shared.
-    model : the observation model.
-    shared : the frames that are shared.
-    settings : posterior of their joint settings, shape (C,).
+    prior
+        The prior; its points come first, at their own angle.
+    bins
+        Number of directions B.
+    n_cells
+        Cells of the map; on large ones one angle stands for a bin.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Radians, probabilities that sum to one, and indices into `directions`, shape (M,) each.
     """
-    prior = _prior(term, model)
-    fronts = shared.fronts_rad[:, shared.grounds.index(term.ground)]
-    angles, mass = prior.bins(len(np.unique(fronts)))
-    posterior = np.array([settings[np.isclose(fronts, angle)].sum() for angle in angles])
-    gain = posterior / np.maximum(mass, 1e-300)
-
-    def ratio(at: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.interp(at, angles, gain, period=2 * math.pi)
-
-    return _summaries(term, prior, ratio)
+    nodes = _NODES_PER_BIN if n_cells <= _MOST_CELLS else 1
+    angles, mass = prior.bins(nodes * bins)
+    return angles, mass, np.round(angles * bins / (2 * math.pi)).astype(np.intp) % bins
 
 
-def summarise_frames(posterior: Posterior, target: str) -> tuple[FrameSummary, ...]:
-    """Return the posterior of every frame that was used in speaking of a target.
+class _SharedGain:
+    """Posterior over prior of a shared front."""
 
-    Parameters
-    ----------
-    posterior : what is believed.
-    target : id of the target.
-    """
-    model, coupling = posterior.model, posterior._coupling
-    uses = np.array([part.uses_frames for part in model.components])
-    summaries: list[FrameSummary] = []
-    for which, said in enumerate(posterior._said(target)):
-        framed = [term for term in said.terms if term.needs_frame and uses.any()]
-        joint = coupling.joint(target, which) if framed else np.zeros((1, len(uses), 0))
-        for term in framed:
-            if term.ground in said.shared.grounds:
-                settings = coupling.settings(said)
-                summaries += summarise_shared_frame(term, model, said.shared, settings)
-            else:
-                used, unused = joint[:, uses].sum((0, 1)), float(joint[:, ~uses].sum())
-                summaries += summarise_frame(term, model, used, unused)
-    return tuple(summaries)
+    def __init__(self, shared: SharedFrame, by_cell: Table, prior: FrameDistribution) -> None:
+        self._met = shared.angles_rad
+        self._gain = by_cell / np.maximum(shared.mass, 1e-300)[:, None]
+        # The prior is that of the phrase, which may be another than the first phrase's.
+        self._angles, mass = prior.bins(len(np.unique(shared.angles_rad)))
+        p = by_cell.sum(1)
+        posterior = [p[np.isclose(shared.angles_rad, angle)].sum() for angle in self._angles]
+        self._overall = np.array(posterior) / np.maximum(mass, 1e-300)
 
+    def overall(self, angles_rad: Table) -> Table:
+        """Return the gain of some fronts, between bins a straight line, shape (B,)."""
+        gain: Table = np.interp(angles_rad, self._angles, self._overall, period=2 * math.pi)
+        return gain
 
-def _prior(term: RelationTerm, model: Preset) -> FrameDistribution:
-    prior = front_prior(term, model)
-    return model.frame_prior(term) if prior is None else prior
+    def gain(self, angles_rad: Table) -> Table:
+        """Return the gain of some fronts at every cell, that of the nearest bin, shape (B, S)."""
+        apart = np.abs((angles_rad[:, None] - self._met + math.pi) % (2 * math.pi) - math.pi)
+        nearest: Table = self._gain[apart.argmin(1)]
+        return nearest
 
 
-def _summaries(
-    term: RelationTerm, prior: FrameDistribution, ratio: Ratio
+def summarise_frames(
+    joint: JointPosterior, factors: Sequence[DescriptionFactor], target: str
 ) -> tuple[FrameSummary, ...]:
-    """Weigh each part of a prior by how much likelier its fronts have become."""
-    angles = np.linspace(-math.pi, math.pi, _BINS, endpoint=False)
-    parts = [_part(part, angles, ratio) for part in prior.parts]
-    lapse = prior.lapse * float(ratio(angles).mean()) if prior.lapse else 0.0
-    total = sum(weight for weight, _, _ in parts) + lapse
-    summaries = [
-        FrameSummary(term.ground, term.relation, mean, kappa, weight / total)
-        for weight, mean, kappa in parts
-    ]
-    return tuple(sorted(summaries, key=lambda s: -s.p))
+    """Return the posterior of every frame that was used in speaking of a target."""
+    found: list[FrameSummary] = []
+    for framed in framed_relations(factors, target):
+        found += FramePosterior(joint, factors[framed.which], target, framed).summaries()
+    return tuple(found)
+
+
+def frame_table(posterior: FramePosterior, grid: Grid, bins: int) -> xarray.DataArray:
+    """Return p(front, cell | all that is known), dims angle, y, x; sums to one."""
+    import xarray
+
+    return xarray.DataArray(
+        posterior.table(bins).reshape(bins, *grid.shape),
+        dims=("angle", "y", "x"),
+        coords={"angle": _angle(bins), "y": grid.y_m, "x": grid.x_m},
+        name="p",
+        attrs=_about(posterior.term),
+    )
+
+
+def frame_array(posterior: FramePosterior, bins: int) -> xarray.DataArray:
+    """Return p(front | all that is known), dim angle, with the prior as a coordinate."""
+    import xarray
+
+    _, mass, home = posterior.nodes(bins)
+    return xarray.DataArray(
+        posterior.table(bins).sum(1),
+        dims=("angle",),
+        coords={
+            "angle": _angle(bins),
+            "prior": ("angle", np.bincount(home, weights=mass, minlength=bins)),
+        },
+        name="p",
+        attrs=_about(posterior.term),
+    )
 
 
 def _part(
-    part: FramePart,
-    angles: NDArray[np.float64],
-    ratio: Ratio,
+    part: FramePart, angles: Table, gain: Table, gain_at: Callable[[Table], Table]
 ) -> tuple[float, float, float | None]:
     """Return the unnormalised posterior weight, mean and concentration of one part."""
     if math.isinf(part.kappa):
-        return part.weight * float(ratio(np.array([part.mean_rad]))[0]), part.mean_rad, None
+        at = gain_at(np.array([part.mean_rad]))
+        return part.weight * float(at[0]), part.mean_rad, None
     density = np.exp(part.log_density(angles))
     density /= density.sum()
-    weighed = density * ratio(angles)
+    weighed = density * gain
     mean, kappa = circular_summary(weighed, angles)
     return part.weight * float(weighed.sum()), mean, kappa
+
+
+def _angle(bins: int) -> tuple[str, Table, dict[str, str]]:
+    return (
+        "angle",
+        directions(bins),
+        {"units": "rad", "long_name": "front, from east, anticlockwise"},
+    )
+
+
+def _about(term: RelationTerm) -> dict[str, str]:
+    return {"ground": term.ground, "relation": term.relation}

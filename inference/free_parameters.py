@@ -12,8 +12,12 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.models import Preset
-from sloop_ppl.models.likelihoods import Parameter, parameters_of, with_values
-from sloop_ppl.models.likelihoods.parameters import share_parameter
+from sloop_ppl.models.likelihoods import (
+    Parameter,
+    parameters_of,
+    share_parameter,
+    with_values,
+)
 from sloop_ppl.models.simulate import why_mute
 
 __all__ = ["FreeParameters"]
@@ -53,10 +57,10 @@ class FreeParameters:
     """
 
     def __init__(self, model: Preset, learn: Sequence[str] | None) -> None:
-        if model.needs_truth or model.shared_frames or model.error_m:
+        if model.needs_truth or model.shared_frames or model.error_m or model.latents:
             raise InputError(
-                f"Model '{model.name}' is told the truth, shares frames or an error; such a model "
-                "cannot be fitted"
+                f"Model '{model.name}' is told the truth, shares frames or an error, or declares "
+                "latents; such a model cannot be fitted"
             )
         self.model = model
         self.speaks = not why_mute(model)

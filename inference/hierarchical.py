@@ -14,11 +14,11 @@ from pyro.infer import MCMC, NUTS
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference._enumeration import seeded_torch
 from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.inference.known_cells import Example, KnownCells, known_cells
 from sloop_ppl.inference.learning import curvature, maximise
 from sloop_ppl.inference.parameter_draws import ParameterDraws
-from sloop_ppl.inference.torch_seed import seeded_torch
 from sloop_ppl.models import Preset
 from sloop_ppl.rng import child
 

@@ -1,32 +1,42 @@
-"""Infer where targets are from a description: the one road from words to a posterior."""
+"""Infer where targets are: from one description, or from many in one run of the program."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import torch
+from numpy.typing import NDArray
 
-from sloop_ppl.errors import DescriptionError, InputError
-from sloop_ppl.inference.collapse import check_possible
-from sloop_ppl.inference.engine import ENGINES, InferenceInfo
-from sloop_ppl.inference.posterior import Posterior
+from sloop_ppl.errors import BeliefCollapse, InputError
+from sloop_ppl.inference.engines import Engine, Exact, InferenceInfo, engine_of
+from sloop_ppl.inference.factors import check_description, weigh
+from sloop_ppl.inference.posterior import Posterior, check_possible
 from sloop_ppl.inference.prior import log_priors
-from sloop_ppl.inference.said import Said
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, ground_description, intervene, preset
+from sloop_ppl.models import (
+    Preset,
+    RelationTerm,
+    ground_description,
+    intervene,
+    preset,
+    program_data,
+)
 
-__all__ = ["infer_description"]
+__all__ = ["infer_batch", "infer_description"]
+
+_TOGETHER = 50
+"""Targets in one run of the program, so that few tables are held at once."""
 
 
 def infer_description(
     description: Description,
     city: CityMap,
     model: str | Preset = "bayes",
-    engine: str = "exact",
+    engine: str | Engine = "exact",
     *,
     prior: Any = None,
     truth: Mapping[str, tuple[float, float]] | None = None,
@@ -40,82 +50,120 @@ def infer_description(
 
     Raises
     ------
-    UnknownName : for an unknown model, engine, relation or ground.
-    DescriptionError : when there is no target, or a relation is about no declared one.
-    InputError : for a prior that is not one, a missing truth, or a description of another map.
-    BeliefCollapse : when the prior excludes all that the description allows.
+    UnknownName
+        For an unknown model, engine, relation or ground.
+    DescriptionError
+        When there is no target, or a relation is about no declared one.
+    InputError
+        For a prior that is not one, a missing truth, or a description of another map.
+    BeliefCollapse
+        When the prior excludes all that the description allows.
     """
     started = time.perf_counter()
-    if rng is not None and not isinstance(rng, np.random.Generator):
-        raise InputError(
-            f"rng is a {type(rng).__name__}; expected a generator: numpy.random.default_rng(seed)"
-        )
-    chosen, run = intervene(preset(model), do), ENGINES[engine]
+    chosen, method = intervene(preset(model), do), engine_of(engine)
+    check_description(description, city)
     targets = tuple(target.id for target in description.targets)
-    if not targets:
-        raise DescriptionError("The description has no target; expected at least one")
-    if description.map and description.map != city.name:
-        raise InputError(
-            f"The description was read on map '{description.map}'; expected '{city.name}': the "
-            "same id is another landmark there"
-        )
-    for relation in description.relations:
-        if relation.figure not in targets:
-            raise DescriptionError(
-                f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "
-                f"of the description; expected one of {', '.join(targets)}"
-            )
-    terms = list(ground_description(description, city, chosen).values())
     log_prior = log_priors(prior, targets, city)
-    factors = run(
-        terms,
-        city,
-        chosen,
-        log_prior=np.stack([log_prior[target] for target in targets]),
-        truths=_truths(truth, targets, chosen),
-        rng=rng,
-    )
-    heard = [bool(said) or chosen.needs_truth for said in terms]
+    heard = weigh(description, city, chosen, method, log_prior, truth=truth, rng=rng)
     posterior = Posterior(
         city=city,
         model=chosen,
-        engine=engine,
+        method=method,
         log_prior=log_prior,
-        said={
-            target: (
-                Said(
-                    description,
-                    factors.components,
-                    factors.log_factor[i],
-                    terms[i],
-                    factors.shared,
-                ),
-            )
-            if heard[i]
-            else ()
-            for i, target in enumerate(targets)
-        },
+        factors=(heard,),
         log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
     )
     check_possible(posterior, description)
     info = InferenceInfo(
-        engine=engine,
+        engine=method.name,
         seconds=time.perf_counter() - started,
         log_evidence=posterior.log_evidence,
-        not_located=tuple(t for t, had in zip(targets, heard, strict=True) if not had),
+        not_located=tuple(target for target in targets if target not in heard.log_factors),
     )
-    return replace(posterior, info=info), info
+    return posterior.noted(info), info
 
 
-def _truths(
-    truth: Mapping[str, tuple[float, float]] | None, targets: tuple[str, ...], model: Preset
-) -> list[tuple[float, float]] | None:
-    if not model.needs_truth:
-        return None
-    for target in targets:
-        if truth is None or target not in truth:
-            raise InputError(
-                f"Model '{model.name}' needs to be told where '{target}' is; give its place "
-                f"(truth={{'{target}': (x_m, y_m)}} in Python; --place {target}=x,y to search)"
-            )
-    return [(truth or {})[target] for target in targets]
+def infer_batch(
+    descriptions: Sequence[Description],
+    city: CityMap,
+    model: str | Preset = "bayes",
+    *,
+    prior: Any = None,
+) -> tuple[dict[str, NDArray[np.float64]], ...]:
+    """Return the beliefs that each description alone gives, by the exact engine.
+
+    Parameters
+    ----------
+    descriptions
+        What was said, each on its own; all on this map.
+    city
+        The map.
+    model
+        A model's name, or a Preset.
+    prior
+        The same belief before each; see :func:`sloop_ppl.inference.log_priors`.
+
+    Returns
+    -------
+    tuple of dict
+        For each description, target -> probability of each cell, shape (H, W), summing to one.
+
+    Raises
+    ------
+    InputError
+        When the model has to be told the true places, or a map is another.
+    BeliefCollapse
+        When the prior excludes all that a description allows.
+
+    Notes
+    -----
+    Descriptions and targets become the targets of one program, which makes the table of a phrase
+    once however often it is said. Where phrases share frames or latents, targets are coupled, and
+    each description is inferred by itself.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> city = sloop.load_map("cleveland")
+    >>> said = [sloop.parse(f"the red bike is near {name}", city) for name in ("Ivy", "Rumor")]
+    >>> [list(beliefs) for beliefs in infer_batch(said, city)]
+    [['RedBike'], ['RedBike']]
+    """
+    chosen = preset(model)
+    if chosen.needs_truth:
+        raise InputError(
+            f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
+            "by itself"
+        )
+    if chosen.shared_frames or chosen.latents:
+        each = [infer_description(said, city, chosen, prior=prior)[0] for said in descriptions]
+        return tuple({target: p.belief(target) for target in p.targets} for p in each)
+    for said in descriptions:
+        if said.map and said.map != city.name:
+            raise InputError(f"A description was read on map '{said.map}'; expected '{city.name}'")
+    rows: dict[str, tuple[RelationTerm, ...]] = {}
+    priors: list[NDArray[np.float64]] = []
+    for d, said in enumerate(descriptions):
+        grounded = ground_description(said, city, chosen)
+        rows |= {f"{d}:{target}": relations for target, relations in grounded.items()}
+        priors += list(log_priors(prior, tuple(grounded), city).values())
+    if not rows:
+        return ()
+    data = program_data(rows, city, chosen, torch.from_numpy(np.stack(priors)))
+    found: list[NDArray[np.float64]] = []
+    for start in range(0, len(rows), _TOGETHER):
+        some = data.some(range(start, min(start + _TOGETHER, len(rows))))
+        for table, before in zip(Exact().weigh(some), some.log_prior, strict=True):
+            log_p = torch.logsumexp(torch.from_numpy(table), 0) + before
+            found.append(torch.softmax(log_p, -1).numpy().reshape(city.grid.shape))
+    beliefs = iter(found)
+    result = tuple({t.id: next(beliefs) for t in said.targets} for said in descriptions)
+    for by_target, said in zip(result, descriptions, strict=True):
+        for target, belief in by_target.items():
+            if not np.isfinite(belief).all():
+                raise BeliefCollapse(
+                    f"What was said of '{target}' is impossible under the prior; expected some "
+                    f"cell to remain: '{said.text}'; widen the prior",
+                    observation=said,
+                )
+    return result

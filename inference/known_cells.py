@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference._enumeration import description_tables
 from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, RelationTerm, gather_evidence, ground_description
-from sloop_ppl.models.logspace import log_normalise
-from sloop_ppl.models.phrases import log_idle, log_words
-from sloop_ppl.models.speaker import word_options
+from sloop_ppl.models import Preset, Program, RelationTerm, ground_description, program_data
+from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models.program import log_words
+from sloop_ppl.models.terms import word_options
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
 __all__ = ["BeliefScore", "Example", "KnownCells", "WordScore", "belief_scores", "known_cells"]
@@ -146,12 +147,15 @@ class BeliefScore:
 
 def _log_beliefs(model: Preset, log_weights: Tensor | None, group: Sequence[_Known]) -> Tensor:
     """Return the log belief at the known cells of one map, differentiable, shape (N,)."""
-    evidence = gather_evidence([one.terms for one in group], group[0].city, model)
-    weight = evidence.log_weight
-    if log_weights is not None:
-        weight = log_normalise(torch.where(torch.isfinite(weight), log_weights, -math.inf))
-    rows = evidence.log_truth[0].sum(2) + evidence.log_normaliser[0]
-    log_p = log_normalise(torch.logsumexp(weight[..., None] + rows, 1))
+    relations = {str(n): one.terms for n, one in enumerate(group)}
+    data = program_data(relations, group[0].city, model)
+    rows = torch.stack(description_tables(Program(data, "summed")))
+    if log_weights is not None:  # in place of the weights that the components have
+        applies = torch.isfinite(data.log_weight)
+        weight = log_normalise(torch.where(applies, log_weights, -math.inf))
+        fixed = torch.where(applies, data.log_weight, 0.0)
+        rows = torch.where(applies[..., None], rows - fixed[..., None], 0.0) + weight[..., None]
+    log_p = log_normalise(torch.logsumexp(rows, 1))
     return log_p[torch.arange(len(group)), torch.tensor([one.cell for one in group])]
 
 
@@ -192,7 +196,7 @@ class WordScore:
             there = free.at(own) if deviations else model
             meant = log_words(ground.options, there, ground.words, ground.denied)
             literal = literal.index_add(0, ground.target, _with_slips(meant, model))
-        idle = self._phrases * log_idle(model, 1)
+        idle = self._phrases * model.log_uninformative(1)
         each = [literal if part.combine == "product" else idle for part in model.components]
         weights = free.log_weights(z)
         if weights is None:
@@ -203,7 +207,7 @@ class WordScore:
 
 def _with_slips(meant: Tensor, model: Preset) -> Tensor:
     lapse = torch.as_tensor(model.lapse, dtype=torch.float64)
-    return torch.logaddexp(meant + torch.log1p(-lapse), lapse.log() + log_idle(model, 1))
+    return torch.logaddexp(meant + torch.log1p(-lapse), lapse.log() + model.log_uninformative(1))
 
 
 def _spoken(

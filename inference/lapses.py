@@ -1,25 +1,21 @@
-"""How probable it is that a phrase was a slip: the posterior of the model's lapse sites."""
+"""How probable it is that a phrase was not meant: the posterior of the model's lapse sites."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
-from sloop_ppl.inference.said import Said
+from sloop_ppl.inference._phrase_tables import PhraseTables
+from sloop_ppl.inference.factors import DescriptionFactor, site_name
+from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.language import SpatialRelation
-from sloop_ppl.models import Component, Preset, RelationTerm
-from sloop_ppl.models.phrases import log_idle
-
-if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
+from sloop_ppl.models import ProgramData, RelationTerm
 
 __all__ = ["Lapse", "lapses_of"]
-
-Table = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -28,10 +24,14 @@ class Lapse:
 
     Parameters
     ----------
-    relation : the relation.
-    index : its position in ``posterior.relations(target)``.
-    p : probability that it is wrong, given everything.
-    prior : the same before anything was said.
+    relation
+        The relation.
+    index
+        Its position in ``posterior.relations(target)``.
+    p
+        Probability that it is wrong, given everything.
+    prior
+        The same before anything was said.
     """
 
     relation: SpatialRelation
@@ -40,51 +40,54 @@ class Lapse:
     prior: float
 
 
-def lapses_of(posterior: Posterior, target: str) -> tuple[Lapse, ...]:
+def lapses_of(
+    joint: JointPosterior, factors: Sequence[DescriptionFactor], target: str
+) -> tuple[Lapse, ...]:
     """Return the probability that each relation of a target is wrong, in the order of saying.
 
     Parameters
     ----------
-    posterior : what is believed; a model without lapses gives 0 throughout.
-    target : id of the target.
+    joint
+        The joint posterior.
+    factors
+        The descriptions; a model without lapses gives 0 throughout.
+    target
+        Id of the target.
 
     Notes
     -----
-    Given component, shared fronts and cell, the lapses are independent: the chance that phrase j
-    says nothing is lapse idle / [(1 - lapse) g_j + lapse idle]. Components that read the phrases
-    together or otherwise than as said tell nothing of it. A relation that is read as several
-    phrases, one per ground, is wrong when one of them is.
+    Given component, shared latents and cell, the lapses are independent: the chance that phrase j
+    says nothing is lapse u / phi_j, with u the probability of a phrase that says nothing.
+    Components that read the phrases together or otherwise than as said tell nothing of it. A
+    relation that is read as several phrases, one per ground, is wrong when one of them is.
     """
     found: list[Lapse] = []
-    model = posterior.model
-    for which, said in enumerate(posterior._said(target)):
-        joint = posterior._coupling.joint(target, which)
-        for index, relation in enumerate(said.description.about(target)):
-            terms = [term for term in said.terms if term.index == index]
-            prior = 1 - (1 - model.lapse) ** len(terms)
-            right = 1.0 - prior
+    for which, factor in enumerate(factors):
+        if target not in factor.log_factors:
+            continue
+        data = factor.data
+        names = [site_name(latent.name, which) for latent in data.shared]
+        component = site_name(f"{target}/component", which)
+        weights = joint.probabilities(*names, component, f"{target}/cell")  # (V..., K, S)
+        for index, relation in enumerate(factor.description.about(target)):
+            terms = [term for term in factor.relations(target) if term.index == index]
+            prior = 1 - (1 - data.model.lapse) ** len(terms)
             p = 0.0
-            for k, component in enumerate(model.components):
-                if model.lapse and _reads(component, terms[0]):
-                    p += float((joint[:, k] * _wrong(terms, said, model)).sum())
-                else:
-                    p += float(joint[:, k].sum()) * (1 - right)
-            found.append(Lapse(relation, len(found), p, prior))
+            for k, part in enumerate(data.model.components):
+                own = weights[..., k, :]
+                reads = data.model.lapse and part.reads(terms[0])
+                p += float((own * _wrong(terms, data)).sum()) if reads else prior * own.sum()
+            found.append(Lapse(relation, len(found), float(p), float(prior)))
     return tuple(found)
 
 
-def _reads(component: Component, term: RelationTerm) -> bool:
-    """Tell whether a component takes a phrase as it was said."""
-    literal = component.combine == "product" and component.read_as is None
-    return literal and (component.keep_frames or not term.needs_frame)
-
-
-def _wrong(terms: list[RelationTerm], said: Said, model: Preset) -> Table:
-    """Return P(some term lapsed | setting of the shared fronts, cell), shape (C, S)."""
-    right = np.ones((said.shared.size, said.log_factor.shape[-1]))
-    with torch.no_grad():
-        for term in terms:
-            log_p = said.shared.log_phrase(term, model).numpy()
-            right = right * (1 - model.lapse * np.exp(log_idle(model, log_p.shape[-1]) - log_p))
-    wrong: Table = np.clip(1 - right, 0.0, 1.0)
+def _wrong(terms: Sequence[RelationTerm], data: ProgramData) -> NDArray[np.float64]:
+    """Return P(some term lapsed | shared latents, cell), shape (V..., S)."""
+    level = math.log(data.model.lapse) + data.log_uninformative
+    right = np.ones(1)
+    for term in terms:
+        tables = PhraseTables(data, term)
+        log_phi = tables.log_phi.aligned((*tables.shared, "cell")).numpy()
+        right = right * (1 - np.exp(level - log_phi))
+    wrong: NDArray[np.float64] = np.clip(1 - right, 0.0, 1.0)
     return wrong

@@ -2,49 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import UnknownName
-from sloop_ppl.inference.cells import CellQuestions
-from sloop_ppl.inference.coupling import Coupling
-from sloop_ppl.inference.engine import InferenceInfo
+from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
+from sloop_ppl.inference._log_evidence import LogEvidence
+from sloop_ppl.inference._phrase_tables import PhraseTables
+from sloop_ppl.inference.draws import draws_from, to_arviz, uniforms_for
+from sloop_ppl.inference.engines import Engine, InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
-from sloop_ppl.inference.latents import LatentQuestions
-from sloop_ppl.inference.log_evidence import LogEvidence, words_of
-from sloop_ppl.inference.said import Said
+from sloop_ppl.inference.factors import DescriptionFactor, joint_posterior, site_name, weigh
+from sloop_ppl.inference.frames import (
+    Framed,
+    FramePosterior,
+    FrameSummary,
+    find_framed,
+    frame_array,
+    frame_table,
+    framed_relations,
+    summarise_frames,
+)
+from sloop_ppl.inference.influence import Influence, bits_between, without_relation
+from sloop_ppl.inference.joint import JointPosterior
+from sloop_ppl.inference.lapses import Lapse, lapses_of
+from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.inference.store import StoredPosterior, load_parts, save_parts, to_dataset
+from sloop_ppl.inference.summaries import (
+    entropy_nats,
+    expected_distance_m,
+    expected_m,
+    hpd_cells,
+    mode_m,
+    probability_in,
+)
+from sloop_ppl.inference.utterances import utterances_about
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import Preset, RelationTerm
+from sloop_ppl.models.simulate import Simulated
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Posterior"]
+__all__ = ["Posterior", "check_possible"]
 
 Table = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Posterior(CellQuestions, LatentQuestions):
+class Posterior:
     """What is believed about where targets are. Immutable: evidence returns a new one.
+
+    It is a `JointPosterior`, its attribute `joint`, with the map, the model and the descriptions
+    it came from; its methods ask that joint.
 
     Shape legend: H, W grid; S = H W cells; K components.
 
     Parameters
     ----------
-    city : the map.
-    model : the observation model.
-    engine : name of the engine that weighs what is said.
-    log_prior : target -> log belief before anything was said, shape (S,).
-    said : target -> what was said of it, in any order.
-    log_sensed : target -> log likelihood of all that was sensed, shape (S,).
-    info : how the last inference went.
+    city
+        The map.
+    model
+        The observation model.
+    method
+        The engine that weighs what is said.
+    log_prior
+        Target -> log belief before anything was said, shape (S,).
+    factors
+        The descriptions, weighed, in the order they came.
+    log_sensed
+        Target -> log likelihood of all that was sensed, shape (S,).
+    info
+        How the last inference went.
 
     Notes
     -----
@@ -52,18 +89,16 @@ class Posterior(CellQuestions, LatentQuestions):
     prior(s) sensed(s) prod_d sum_k factor_d(k, s): a new component is drawn for each description,
     so two updates are not one longer description, and updates commute. Frames that a description
     shares between targets couple their beliefs: what is learnt of one tells of the other.
-    What it can be asked is in :class:`sloop_ppl.inference.cells.CellQuestions` and
-    :class:`sloop_ppl.inference.latents.LatentQuestions`.
     """
 
     city: CityMap
     model: Preset
-    engine: str
+    method: Engine
     log_prior: Mapping[str, Table]
-    said: Mapping[str, tuple[Said, ...]]
+    factors: tuple[DescriptionFactor, ...]
     log_sensed: Mapping[str, Table]
     info: InferenceInfo | None = None
-    _cache: dict[str, Any] = field(default_factory=dict)
+    _beliefs: dict[str, Table] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
         told = []
@@ -73,28 +108,44 @@ class Posterior(CellQuestions, LatentQuestions):
         return f"Posterior({self.city.name!r}, {self.model.name!r}: {'; '.join(told)})"
 
     @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.method.name
+
+    @property
     def targets(self) -> tuple[str, ...]:
         """Ids of the targets."""
         return tuple(self.log_prior)
 
-    def belief(self, target: str) -> Table:
-        """Return the probability of each cell, summing to one, row 0 in the south, shape (H, W)."""
-        self._said(target)
-        if target not in self._cache:
-            self._cache[target] = self._coupling.belief(target).reshape(self.city.grid.shape)
-        belief: Table = self._cache[target]
-        return belief
+    @cached_property
+    def joint(self) -> JointPosterior:
+        """The joint posterior of all latents, by the names of the program's sites."""
+        return joint_posterior(self.log_prior, self.log_sensed, self.factors)
+
+    # What was said
 
     @property
     def descriptions(self) -> tuple[Description, ...]:
         """The distinct descriptions, in the order they came."""
-        met = [part.description for target in self.targets for part in self.said[target]]
-        return tuple({id(d): d for d in met}.values())
+        return tuple({id(f.description): f.description for f in self.factors}.values())
 
     @property
     def texts(self) -> tuple[str, ...]:
         """The texts of the descriptions, in the order they came."""
         return tuple(d.text for d in self.descriptions)
+
+    def relations(self, target: str) -> tuple[SpatialRelation, ...]:
+        """Return what was said of a target."""
+        return tuple(r for _, f in self._heard(target) for r in f.description.about(target))
+
+    def grounded(self, target: str) -> tuple[RelationTerm, ...]:
+        """Return what was said of a target, grounded; position j is that of the sites ``_j``."""
+        return tuple(term for _, factor in self._heard(target) for term in factor.relations(target))
+
+    @property
+    def is_coupled(self) -> bool:
+        """Tell whether what is learnt of one target tells of another: they share a latent."""
+        return any(len(targets) > 1 for f in self.factors for targets in f.data.holders.values())
 
     @property
     def log_evidence(self) -> LogEvidence:
@@ -102,94 +153,399 @@ class Posterior(CellQuestions, LatentQuestions):
 
         See :func:`sloop_ppl.inference.rank_models`.
         """
-        return LogEvidence(
-            self._coupling.log_evidence,
-            self.model.normalisation,
-            self.model.name,
-            words_of(self),
-        )
+        spoken = {r.relation for d in self.descriptions for r in d.relations}
+        words = (*SPEAKER_WORDS, *sorted(spoken - set(SPEAKER_WORDS)))
+        value = self.joint.log_evidence
+        return LogEvidence(value, self.model.normalisation, self.model.name, words)
 
-    def relations(self, target: str) -> tuple[SpatialRelation, ...]:
-        """Return what was said of a target."""
-        return tuple(r for said in self._said(target) for r in said.description.about(target))
+    # Where a target is
 
-    def to_geojson(self, target: str | None = None, least: float = 0.0) -> dict[str, Any]:
-        """Return the cells of a target, or of all, as GeoJSON squares with their probability.
+    def belief(self, target: str) -> Table:
+        """Return the probability of each cell, summing to one, row 0 in the south, shape (H, W)."""
+        self._check(target)
+        if target not in self._beliefs:
+            cells = self.joint.probabilities(f"{target}/cell")
+            self._beliefs[target] = cells.reshape(self.city.grid.shape)
+        return self._beliefs[target]
 
-        Parameters
-        ----------
-        target : id of the target; None for all.
-        least : cells of a lower probability are left out, in [0, 1).
+    def mode(self, target: str) -> tuple[float, float]:
+        """Return x and y of the most probable cell's centre, metres."""
+        return mode_m(self.belief(target), self.city.grid)
+
+    def expected(self, target: str) -> tuple[float, float]:
+        """Return the mean place, metres."""
+        return expected_m(self.belief(target), self.city.grid)
+
+    def entropy(self, target: str) -> float:
+        """Return the entropy of a target's belief, nats."""
+        return entropy_nats(self.belief(target))
+
+    def hpd(self, target: str, mass: float = 0.9) -> NDArray[np.bool_]:
+        """Return the smallest set of cells holding at least `mass`, shape (H, W)."""
+        if not 0 < mass <= 1:
+            raise InputError(f"mass is {mass}; expected a probability in (0, 1]")
+        return hpd_cells(self.belief(target), mass)
+
+    def expected_distance(self, target: str, place_m: tuple[float, float]) -> float:
+        """Return the mean distance from a place (x, y) to the target, metres."""
+        return expected_distance_m(self.belief(target), self.city.grid, place_m)
+
+    def probability_in(self, target: str, polygon: Any) -> float:
+        """Return the probability that a target is inside a shapely polygon, metres.
+
+        A cell that is partly inside counts by the share of its area.
 
         Raises
         ------
-        InputError : when the map has no centre on earth.
+        InputError
+            When it is no polygon, is empty, or crosses itself.
         """
-        return cells_geojson(self, self.targets if target is None else (target,), least)
+        return probability_in(self.belief(target), self.city.grid, polygon)
+
+    # Components
+
+    def component(self, target: str, which: int = -1) -> dict[str, float]:
+        """Return the posterior probability of each component.
+
+        Parameters
+        ----------
+        target
+            Id of the target.
+        which
+            Which description about the target, the latest by default.
+
+        Returns
+        -------
+        dict
+            Component name -> probability; empty when nothing was said of the target.
+        """
+        if not self._heard(target):
+            return {}
+        name, factor = self._component(target, which)
+        p = self.joint.probabilities(name)
+        return dict(zip(factor.components, map(float, p), strict=True))
+
+    def component_prior(self, target: str, which: int = -1) -> dict[str, float]:
+        """Return the prior weight of each component of a description, 0 where it does not apply."""
+        if not self._heard(target):
+            return {}
+        _, factor = self._component(target, which)
+        weights = factor.data.log_weight[factor.data.targets.index(target)].exp()
+        return dict(zip(factor.components, map(float, weights), strict=True))
+
+    def joint_component(self, target: str, which: int = -1) -> xarray.DataArray:
+        """Return p(component, cell), dims component, y, x, for one description of a target.
+
+        Raises
+        ------
+        InputError
+            When nothing was said of the target, or there is no such description.
+        """
+        name, factor = self._component(target, which)
+        return self._over_cells(self.joint.probabilities(name, f"{target}/cell"), factor, "p")
+
+    def responsibilities(self, target: str, which: int = -1) -> xarray.DataArray:
+        """Return p(component | cell), dims component, y, x; NaN where the target cannot be."""
+        name, factor = self._component(target, which)
+        table = self.joint.probabilities(name, f"{target}/cell")
+        mass = table.sum(0)
+        share = np.divide(table, mass, out=np.full_like(table, np.nan), where=mass > 0)
+        return self._over_cells(share, factor, "responsibility")
+
+    # Frames
+
+    def framed(self, target: str) -> tuple[Framed, ...]:
+        """Return the relations of a target that depend on a frame of reference."""
+        self._check(target)
+        return framed_relations(self.factors, target)
+
+    def frames(self, target: str) -> tuple[FrameSummary, ...]:
+        """Return the posterior of every frame that was used in speaking of a target.
+
+        One entry per part of the frame's prior (a street has two normals, left and right have the
+        map's frame and the ground's), in the order the relations were said.
+        """
+        self._check(target)
+        return summarise_frames(self.joint, self.factors, target)
+
+    def frame(
+        self, target: str, ground: str | None = None, relation: int | None = None, bins: int = 72
+    ) -> xarray.DataArray:
+        """Return how probable each direction of a ground's front is.
+
+        Parameters
+        ----------
+        target
+            Id of the target it was said of.
+        ground
+            Id of the landmark; may be left out when the target has one frame only.
+        relation
+            Index in :meth:`relations`, when two relations speak of the same ground.
+        bins
+            Number of equal directions B, the first centred on east, anticlockwise.
+
+        Returns
+        -------
+        xarray.DataArray
+            Dim angle (radians), sums to one; its coordinate ``prior`` is what was believed before.
+
+        Raises
+        ------
+        InputError
+            When nothing depends on a frame, or several frames fit.
+        UnknownName
+            When there is no such target, or no frame of such a ground.
+        """
+        return frame_array(self._frame(target, ground, relation), bins)
+
+    def joint_frame(
+        self, target: str, relation: int | None = None, ground: str | None = None, bins: int = 72
+    ) -> xarray.DataArray:
+        """Return p(front, cell), dims angle, y, x, for one frame; arguments as in :meth:`frame`."""
+        return frame_table(self._frame(target, ground, relation), self.city.grid, bins)
+
+    # Phrases
+
+    def phrase_tables(self, target: str) -> tuple[Table, ...]:
+        """Return what each relation says of the cells by itself, as it was meant.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            One table per relation of :meth:`relations`, summing to one, shape (H, W): no other
+            relation, no component but the literal one, no prior; frames summed out.
+        """
+        tables = []
+        for _, factor in self._heard(target):
+            for index in range(len(factor.description.about(target))):
+                own = [t for t in factor.relations(target) if t.index == index]
+                log_p = sum(PhraseTables(factor.data, term).log_phi_alone for term in own)
+                table = np.exp(log_p - np.max(log_p))
+                tables.append((table / table.sum()).reshape(self.city.grid.shape))
+        return tuple(tables)
+
+    def lapses(self, target: str) -> tuple[Lapse, ...]:
+        """Return how probable it is that each relation of a target is wrong, given everything."""
+        self._check(target)
+        return lapses_of(self.joint, self.factors, target)
+
+    def influence(
+        self, target: str, rng: np.random.Generator | None = None
+    ) -> tuple[Influence, ...]:
+        """Return how many bits each relation moves the belief: inferred again without it.
+
+        Parameters
+        ----------
+        target
+            Id of the target.
+        rng
+            Wanted by engines that draw.
+
+        Returns
+        -------
+        tuple of Influence
+            In the order of :meth:`relations`. Prior and sensing stay; the components that apply
+            are chosen anew, so that a description that is left with nothing to say in front of,
+            behind, left or right has no component without frames.
+
+        Notes
+        -----
+        Influences do not add up to the bits gained from the prior: relations overlap, or
+        contradict each other.
+        """
+        relations = self.relations(target)
+        belief = self.belief(target)
+        if self.model.needs_truth:  # it listens to nothing that was said
+            return tuple(Influence(r, i, 0.0, belief) for i, r in enumerate(relations))
+        found = []
+        for index, relation in enumerate(relations):
+            kept = without_relation(self.descriptions, target, index)
+            other = self._told(kept, rng).belief(target)
+            found.append(Influence(relation, index, bits_between(belief, other), other))
+        return tuple(found)
+
+    # Draws
+
+    def draws(self, target: str, n: int, *, rng: np.random.Generator) -> xarray.Dataset:
+        """Draw cells, components and fronts together.
+
+        Parameters
+        ----------
+        target
+            Id of the target.
+        n
+            How many, > 0.
+        rng
+            Where they are drawn from.
+
+        Returns
+        -------
+        xarray.Dataset
+            See :func:`sloop_ppl.inference.draws.draws_from`.
+        """
+        self._check(target)
+        uniforms = uniforms_for(self.factors, target, n, rng)
+        return draws_from(self.joint, self.factors, self.city.grid, target, uniforms)
 
     def to_arviz(self, n: int = 1000, *, rng: np.random.Generator | None = None) -> Any:
         """Return n draws of every target as an ArviZ InferenceData (needs ``sloop-ppl[arviz]``).
 
         Parameters
         ----------
-        n : draws of each target, > 0.
-        rng : where they are drawn from; None for draws that lie evenly, the same every time.
+        n
+            Draws of each target, > 0.
+        rng
+            Where they are drawn from; None for draws that lie evenly, the same every time.
         """
-        from sloop_ppl.inference.export_arviz import to_arviz
+        names = [part.name for part in self.model.components]
+        draws = {
+            target: draws_from(
+                self.joint,
+                self.factors,
+                self.city.grid,
+                target,
+                uniforms_for(self.factors, target, n, rng),
+            )
+            for target in self.targets
+        }
+        attrs = {
+            "inference_library": "sloop_ppl",
+            "model": self.model.name,
+            "map": self.city.name,
+            "components": names,
+        }
+        return to_arviz(draws, names, self.dataset[["belief", "log_prior"]], attrs)
 
-        return to_arviz(self, n, rng)
+    def utterances(
+        self, target: str, n: int, *, rng: np.random.Generator, **options: Any
+    ) -> tuple[Simulated, ...]:
+        """Draw what would be said of a target, as far as is known where it is.
+
+        Parameters
+        ----------
+        target
+            Id of the target.
+        n
+            How many descriptions, > 0.
+        rng
+            Where they are drawn from.
+        **options
+            ``speaker``, ``phrases``, ``grounds``; see
+            :func:`sloop_ppl.inference.utterances.utterances_about`.
+        """
+        known = {t.id: t for d in self.descriptions for t in d.targets}
+        who = known.get(target, target)
+        return utterances_about(who, self.belief(target), self.city, n, rng=rng, **options)
+
+    def noted(self, info: InferenceInfo) -> Posterior:
+        """Return the same posterior, what it has computed included, with how it was found."""
+        same = copy.copy(self)
+        object.__setattr__(same, "info", info)
+        return same
+
+    # More evidence
 
     def update(self, description: Description, rng: np.random.Generator | None = None) -> Posterior:
         """Return the posterior after one more description; the order of updates is irrelevant.
 
         Parameters
         ----------
-        description : what is said now. Targets not known so far start from a uniform prior.
-        rng : wanted by engines that draw.
+        description
+            What is said now. Targets not known so far start from a uniform prior.
+        rng
+            Wanted by engines that draw.
 
         Raises
         ------
-        NoRelationFound : when the description speaks of no target.
-        BeliefCollapse : when it excludes all that was believed.
+        NoRelationFound
+            When the description speaks of no target.
+        BeliefCollapse
+            When it excludes all that was believed.
         """
-        from sloop_ppl.inference.updates import updated
-
-        return updated(self, description, rng)
+        if not description.targets:
+            raise NoRelationFound(
+                f"'{description.text}' says nothing of any target; expected at least one relation"
+            )
+        targets = tuple(target.id for target in description.targets)
+        uniform = log_priors(None, targets, self.city)
+        heard = weigh(description, self.city, self.model, self.method, uniform, rng=rng)
+        nothing = dict.fromkeys(targets, np.zeros(self.city.grid.size))
+        after = replace(
+            self,
+            log_prior={
+                **self.log_prior,
+                **{t: uniform[t] for t in targets if t not in self.targets},
+            },
+            factors=(*self.factors, heard),
+            log_sensed={**nothing, **self.log_sensed},
+        )
+        return check_possible(after, description, self)
 
     def condition(self, log_likelihood: Mapping[str, Table]) -> Posterior:
         """Return the posterior after sensing; components and frames move with the cells.
 
         Parameters
         ----------
-        log_likelihood : target -> log likelihood of what was sensed at each cell, at most 0 up to
-            a constant, -inf where impossible, shape (H, W).
+        log_likelihood
+            Target -> log likelihood of what was sensed at each cell, at most 0 up to a constant,
+            -inf where impossible, shape (H, W).
 
         Raises
         ------
-        BeliefCollapse : when nothing that was believed possible remains.
-        InputError : when a table has the wrong shape or holds NaN or +inf.
+        BeliefCollapse
+            When nothing that was believed possible remains.
+        InputError
+            When a table has the wrong shape or holds NaN or +inf.
         """
-        from sloop_ppl.inference.updates import conditioned
+        sensed = dict(self.log_sensed)
+        for target, table in log_likelihood.items():
+            self._check(target)
+            flat = np.asarray(table, dtype=np.float64)
+            if flat.shape != self.city.grid.shape:
+                raise InputError(
+                    f"Log likelihood of '{target}' has shape {flat.shape}; expected "
+                    f"{self.city.grid.shape}"
+                )
+            if np.isnan(flat).any() or np.isposinf(flat).any():
+                raise InputError(f"Log likelihood of '{target}' holds NaN or +inf")
+            sensed[target] = sensed[target] + flat.reshape(-1)
+        return check_possible(replace(self, log_sensed=sensed), log_likelihood, self)
 
-        return conditioned(self, log_likelihood)
+    # Files
+
+    def to_geojson(self, target: str | None = None, least: float = 0.0) -> dict[str, Any]:
+        """Return the cells of a target, or of all, as GeoJSON squares with their probability.
+
+        Parameters
+        ----------
+        target
+            Id of the target; None for all.
+        least
+            Cells of a lower probability are left out, in [0, 1).
+
+        Raises
+        ------
+        InputError
+            When the map has no centre on earth.
+        """
+        return cells_geojson(self, self.targets if target is None else (target,), least)
 
     @property
     def dataset(self) -> xarray.Dataset:
         """The posterior as an xarray Dataset: belief(target, y, x) and what it is made of."""
-        from sloop_ppl.inference.store import to_dataset
-
-        return to_dataset(self)
+        beliefs = {target: self.belief(target) for target in self.targets}
+        return to_dataset(self._parts, beliefs, self.log_evidence)
 
     def save(self, path: str | Path) -> None:
         """Write the posterior, its map and its descriptions to a netCDF file.
 
         Raises
         ------
-        OutputError : when the path does not end in ``.nc`` or cannot be written.
+        OutputError
+            When the path does not end in ``.nc`` or cannot be written.
         """
-        from sloop_ppl.inference.store import save_posterior
-
-        save_posterior(self, path)
+        beliefs = {target: self.belief(target) for target in self.targets}
+        save_parts(self._parts, beliefs, self.log_evidence, path)
 
     @staticmethod
     def load(path: str | Path) -> Posterior:
@@ -197,26 +553,132 @@ class Posterior(CellQuestions, LatentQuestions):
 
         Raises
         ------
-        InputError : when the file is not a saved posterior.
+        InputError
+            When the file is not a saved posterior, or one of an older version.
         """
-        from sloop_ppl.inference.store import load_posterior
-
-        return load_posterior(path)
-
-    def _said(self, target: str) -> tuple[Said, ...]:
-        if target not in self.log_prior:
-            raise UnknownName("target", target, self.targets)
-        return self.said[target]
+        parts = load_parts(path)
+        return Posterior(
+            city=parts.city,
+            model=parts.model,
+            method=parts.method,
+            log_prior=parts.log_prior,
+            factors=parts.factors,
+            log_sensed=parts.log_sensed,
+        )
 
     @property
-    def _coupling(self) -> Coupling:
-        if "" not in self._cache:
-            self._cache[""] = Coupling(self.log_prior, self.log_sensed, self.said)
-        coupling: Coupling = self._cache[""]
-        return coupling
+    def _parts(self) -> StoredPosterior:
+        return StoredPosterior(
+            self.city, self.model, self.method, self.log_prior, self.factors, self.log_sensed
+        )
 
-    def _joint(self, target: str, which: int) -> Table:
-        """Return the posterior of component and cell for one description, shape (K, S)."""
-        self._said(target)
-        joint: Table = self._coupling.joint(target, which).sum(0)
-        return joint
+    def _check(self, target: str) -> None:
+        if target not in self.log_prior:
+            raise UnknownName("target", target, self.targets)
+
+    def _heard(self, target: str) -> list[tuple[int, DescriptionFactor]]:
+        """Return the descriptions that say something of a target, with their positions."""
+        self._check(target)
+        return [(i, f) for i, f in enumerate(self.factors) if target in f.log_factors]
+
+    def _component(self, target: str, which: int) -> tuple[str, DescriptionFactor]:
+        """Return the component's name in the joint posterior, and the description it is of."""
+        heard = self._heard(target)
+        if not heard:
+            raise InputError(
+                f"Nothing was said of '{target}', so it has no mixture; its belief is its prior"
+            )
+        if not -len(heard) <= which < len(heard):
+            raise InputError(
+                f"Description {which} of '{target}' does not exist; expected 0 to "
+                f"{len(heard) - 1}, or -1 for the latest"
+            )
+        position, factor = heard[which]
+        return site_name(f"{target}/component", position), factor
+
+    def _frame(self, target: str, ground: str | None, relation: int | None) -> FramePosterior:
+        framed = find_framed(self.framed(target), target, self.model.name, ground, relation)
+        return FramePosterior(self.joint, self.factors[framed.which], target, framed)
+
+    def _told(
+        self, descriptions: Sequence[Description], rng: np.random.Generator | None
+    ) -> Posterior:
+        """Return the posterior had other descriptions come; prior and sensing stay."""
+        factors = tuple(
+            weigh(d, self.city, self.model, self.method, self.log_prior, rng=rng)
+            for d in descriptions
+        )
+        return replace(self, factors=factors)
+
+    def _over_cells(self, values: Table, factor: DescriptionFactor, name: str) -> xarray.DataArray:
+        import xarray
+
+        grid = self.city.grid
+        return xarray.DataArray(
+            values.reshape(-1, *grid.shape),
+            dims=("component", "y", "x"),
+            coords={"component": list(factor.components), "y": grid.y_m, "x": grid.x_m},
+            name=name,
+        )
+
+
+def check_possible(
+    posterior: Posterior, observation: object, before: Posterior | None = None
+) -> Posterior:
+    """Return a posterior unless some target has nowhere left to be.
+
+    Parameters
+    ----------
+    posterior
+        What is believed now.
+    observation
+        What was said or sensed last.
+    before
+        What was believed before that; None when nothing was known but the prior.
+
+    Raises
+    ------
+    BeliefCollapse
+        When no cell of a target is possible; it names what excludes them.
+    """
+    first, *_ = posterior.targets
+    # All factors multiply, so whatever is impossible of one target leaves no weight to another.
+    if np.isfinite(posterior.joint.log_weights(f"{first}/cell")).any():
+        return posterior
+    stuck = [target for target in posterior.targets if not _is_possible(posterior, target)]
+    target = (stuck or [first])[0]
+    culprits = _culprits(posterior, target)
+    raise BeliefCollapse(
+        f"Nothing that was believed about '{target}' is possible after this observation: "
+        f"{'; '.join(culprits)}, with no cell in common; check it, or start from a prior "
+        "without zeros",
+        prior=posterior.log_prior[target] if before is None else before.belief(target),
+        observation=observation,
+        culprits=culprits,
+    )
+
+
+def _is_possible(posterior: Posterior, target: str) -> bool:
+    """Tell whether a target has a cell that nothing about itself excludes."""
+    left = posterior.log_prior[target] + posterior.log_sensed[target]
+    for factor in posterior.factors:
+        if target in factor.log_factors:
+            table = factor.log_factors[target]
+            left = left + table.reshape(-1, table.shape[-1]).max(0)
+    return bool(np.isfinite(left).any())
+
+
+def _culprits(posterior: Posterior, target: str) -> tuple[str, ...]:
+    """Return what excludes cells of a target, with the number each leaves."""
+    weighed: list[tuple[str, Table]] = [
+        ("its prior", posterior.log_prior[target]),
+        ("what was sensed", posterior.log_sensed[target]),
+    ]
+    for factor in posterior.factors:
+        if target in factor.log_factors:
+            terms = factor.relations(target)
+            phrases = [f"{term.relation} {' and '.join(term.grounds)}" for term in terms]
+            table = factor.log_factors[target]
+            weighed.append((f"'{', '.join(phrases)}'", table.reshape(-1, table.shape[-1]).max(0)))
+    left = [(name, int(np.isfinite(table).sum()), table.size) for name, table in weighed]
+    return tuple(f"{name} leaves {n} of {size} cells" for name, n, size in left if n < size)

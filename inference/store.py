@@ -1,19 +1,24 @@
-"""Keep a posterior in a netCDF file that carries its map, its descriptions and its tables."""
+"""Keep a posterior in a netCDF file that carries its map, its descriptions and its tables.
+
+Shape legend: V values of each latent that phrases share; K components.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray
+from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.posterior import Posterior
-from sloop_ppl.inference.said import Said
+from sloop_ppl.inference.engines import ENGINES, Engine
+from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import (
     Description,
     RelationSpans,
@@ -21,50 +26,78 @@ from sloop_ppl.language import (
     TargetObject,
     Unresolved,
 )
-from sloop_ppl.maps import from_geojson, to_geojson
-from sloop_ppl.models import ground_description, share_frames
+from sloop_ppl.maps import CityMap, from_geojson, to_geojson
+from sloop_ppl.models import Preset, ground_description, program_data
 from sloop_ppl.models._netcdf import read_netcdf
 from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 
-__all__ = ["load_posterior", "save_posterior", "to_dataset"]
+__all__ = ["StoredPosterior", "load_parts", "save_parts", "to_dataset"]
 
-_FORMAT = 3
+Table = NDArray[np.float64]
+
+_TITLE = "sloop_ppl posterior"
+_FORMAT = 4
+_SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1, "model": 1}
+"""Section of a file -> its version. A reader refuses versions it does not know, section by
+section, and passes over sections it does not know, so that a later latent needs no new format."""
 
 
-def to_dataset(posterior: Posterior) -> xarray.Dataset:
+@dataclass(frozen=True, eq=False)
+class StoredPosterior:
+    """What a posterior is made of, and what a file holds of it.
+
+    Parameters
+    ----------
+    city, model, method
+        The map, the observation model and the engine.
+    log_prior, log_sensed
+        Target -> log prior over cells, and log likelihood of what was sensed, shape (S,) each.
+    factors
+        The descriptions, weighed.
+    """
+
+    city: CityMap
+    model: Preset
+    method: Engine
+    log_prior: Mapping[str, Table]
+    factors: tuple[DescriptionFactor, ...]
+    log_sensed: Mapping[str, Table]
+
+
+def to_dataset(
+    parts: StoredPosterior, beliefs: Mapping[str, Table], log_evidence: float
+) -> xarray.Dataset:
     """Return a posterior as a Dataset.
 
     Variables are ``belief``, ``log_prior``, ``log_sensed`` (target, y, x) and ``log_factor``
     (entry, setting, component, y, x), one entry for each description of each target and one
-    setting for each joint setting of the frames it shares; coordinates x and y are cell centres in
+    setting for each joint value of the latents it shares; coordinates x and y are cell centres in
     metres, y from the south.
     """
-    grid = posterior.city.grid
-    targets = list(posterior.targets)
-    descriptions = posterior.descriptions
-    entries = [(t, said) for t in targets for said in posterior.said[t]]
+    grid = parts.city.grid
+    targets = list(parts.log_prior)
+    entries = [(t, d) for t in targets for d, f in enumerate(parts.factors) if t in f.log_factors]
 
-    def over_cells(tables: Mapping[str, np.ndarray]) -> np.ndarray:
+    def over_cells(tables: Mapping[str, Table]) -> Table:
         return np.stack([tables[t].reshape(grid.shape) for t in targets])
 
-    names = [component.name for component in posterior.model.components]
-    settings = max((said.shared.size for _, said in entries), default=1)
+    names = [component.name for component in parts.model.components]
+    settings = max((_settings(parts.factors[d]) for _, d in entries), default=1)
     factors = np.full((len(entries), settings, len(names), *grid.shape), np.nan)
-    for entry, (_, said) in enumerate(entries):
-        factors[entry, : said.shared.size] = said.log_factor.reshape(-1, len(names), *grid.shape)
+    for entry, (target, d) in enumerate(entries):
+        table = parts.factors[d].log_factors[target]
+        rows = table.reshape(-1, len(names), *grid.shape)
+        factors[entry, : len(rows)] = rows
     cells = ("y", "x")
     return xarray.Dataset(
         {
-            "belief": (("target", *cells), np.stack([posterior.belief(t) for t in targets])),
-            "log_prior": (("target", *cells), over_cells(posterior.log_prior)),
-            "log_sensed": (("target", *cells), over_cells(posterior.log_sensed)),
+            "belief": (("target", *cells), over_cells(beliefs)),
+            "log_prior": (("target", *cells), over_cells(parts.log_prior)),
+            "log_sensed": (("target", *cells), over_cells(parts.log_sensed)),
             "log_factor": (("entry", "setting", "component", *cells), factors),
             "entry_target": ("entry", np.array([targets.index(t) for t, _ in entries], dtype=int)),
-            "entry_description": (
-                "entry",
-                np.array([descriptions.index(said.description) for _, said in entries], dtype=int),
-            ),
+            "entry_description": ("entry", np.array([d for _, d in entries], dtype=int)),
         },
         coords={
             "target": targets,
@@ -73,27 +106,36 @@ def to_dataset(posterior: Posterior) -> xarray.Dataset:
             "x": ("x", grid.x_m, {"units": "m", "long_name": "east of the map's centre"}),
         },
         attrs={
-            "title": "sloop_ppl posterior",
+            "title": _TITLE,
             "format": _FORMAT,
-            "map": posterior.city.name,
-            "map_digest": posterior.city.digest,
-            "model": posterior.model.name,
-            "variant": posterior.model.variant,
-            "engine": posterior.engine,
-            "log_evidence": posterior.log_evidence,
-            "descriptions": json.dumps([asdict(d) for d in descriptions]),
-            "map_geojson": json.dumps(to_geojson(posterior.city)),
+            "sections": json.dumps(_SECTIONS),
+            "map": parts.city.name,
+            "map_digest": parts.city.digest,
+            "model": parts.model.name,
+            "variant": parts.model.variant,
+            "engine": parts.method.name,
+            "log_evidence": log_evidence,
+            "descriptions": json.dumps([asdict(f.description) for f in parts.factors]),
+            "truths": json.dumps([f.data.truths for f in parts.factors]),
+            "map_geojson": json.dumps(to_geojson(parts.city)),
         },
     )
 
 
-def save_posterior(posterior: Posterior, path: str | Path) -> None:
+def save_parts(
+    parts: StoredPosterior,
+    beliefs: Mapping[str, Table],
+    log_evidence: float,
+    path: str | Path,
+) -> None:
     """Write a posterior to a ``.nc`` file, whole or not at all.
 
     Raises
     ------
-    InputError : when the model is made of parts that are not registered.
-    OutputError : when the file cannot be written.
+    InputError
+        When the model is made of parts that are not registered.
+    OutputError
+        When the file cannot be written.
 
     Notes
     -----
@@ -101,24 +143,35 @@ def save_posterior(posterior: Posterior, path: str | Path) -> None:
     that a model with parameters of its own, or whose defaults change later, is read as it was.
     """
     target = check_output(path, (".nc",))
-    parts = json.dumps(parts_of(posterior.model))
+    written = {
+        "model_parts": json.dumps(parts_of(parts.model)),
+        "engine_options": json.dumps(_options(parts.method)),
+    }
     with written_whole(target) as temporary:
-        to_dataset(posterior).assign_attrs(model_parts=parts).to_netcdf(
-            temporary, engine="h5netcdf"
-        )
+        dataset = to_dataset(parts, beliefs, log_evidence).assign_attrs(written)
+        dataset.to_netcdf(temporary, engine="h5netcdf")
 
 
-def load_posterior(path: str | Path) -> Posterior:
-    """Read a posterior from a ``.nc`` file."""
+def load_parts(path: str | Path) -> StoredPosterior:
+    """Read what a ``.nc`` file holds of a posterior.
+
+    Raises
+    ------
+    InputError
+        When the file is no saved posterior, or one of another version; it says what to do.
+    """
     data = read_netcdf(path, "Posterior")
-    if data.attrs.get("title") != "sloop_ppl posterior":
+    if data.attrs.get("title") != _TITLE:
         raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
     if data.attrs.get("format") != _FORMAT:
+        texts = [str(d.get("text", "")) for d in json.loads(data.attrs.get("descriptions", "[]"))]
+        again = f" from {'; '.join(repr(text) for text in texts)}" if any(texts) else ""
         raise InputError(
             f"Posterior '{path}' has format {data.attrs.get('format')}; expected {_FORMAT}; "
-            "infer it again with this version"
+            f"infer it again with this version{again}"
         )
     try:
+        _check_sections(json.loads(data.attrs["sections"]))
         return _from_dataset(data)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
@@ -126,40 +179,63 @@ def load_posterior(path: str | Path) -> Posterior:
         raise InputError(f"Posterior '{path}' cannot be read: {error}") from error
 
 
-def _from_dataset(data: xarray.Dataset) -> Posterior:
+def _check_sections(found: Mapping[str, int]) -> None:
+    for name, version in _SECTIONS.items():
+        if found[name] != version:
+            raise InputError(
+                f"its section '{name}' has version {found[name]}; expected {version}; read it with "
+                "the version of sloop_ppl that wrote it, or infer it again"
+            )
+
+
+def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
     city = from_geojson(json.loads(data.attrs["map_geojson"]))
     model = model_from_parts(json.loads(data.attrs["model_parts"]))
-    descriptions = [_description(d) for d in json.loads(data.attrs["descriptions"])]
     targets = [str(t) for t in data["target"].values]
-    terms = [ground_description(description, city, model) for description in descriptions]
-    shared = [share_frames(list(by_target.values()), model) for by_target in terms]
     names = tuple(str(name) for name in data["component"].values)
     if names != tuple(part.name for part in model.components):
         raise InputError(
             f"it holds {len(names)} components; its model has {len(model.components)}, or others"
         )
-    said: dict[str, tuple[Said, ...]] = dict.fromkeys(targets, ())
-    for entry in range(data.sizes["entry"]):
-        target = targets[int(data["entry_target"][entry])]
-        which = int(data["entry_description"][entry])
-        factor = data["log_factor"][entry, : shared[which].size].values
-        said[target] += (
-            Said(
-                description=descriptions[which],
-                components=names,
-                log_factor=factor.reshape(shared[which].size, len(names), -1),
-                terms=terms[which][target],
-                shared=shared[which],
-            ),
-        )
-    return Posterior(
+    factors = []
+    truths = json.loads(data.attrs["truths"])
+    for d, told in enumerate(json.loads(data.attrs["descriptions"])):
+        description = _description(told)
+        grounded = ground_description(description, city, model)
+        ground = program_data(grounded, city, model, truths=truths[d])
+        sizes = [len(latent.support) for latent in ground.shared]
+        tables = {}
+        for entry in np.flatnonzero(data["entry_description"].values == d):
+            target = targets[int(data["entry_target"][entry])]
+            table = data["log_factor"][int(entry), : math.prod(sizes)].values
+            tables[target] = table.reshape(*sizes, len(names), -1)
+        factors.append(DescriptionFactor(description, ground, tables))
+    return StoredPosterior(
         city=city,
         model=model,
-        engine=str(data.attrs["engine"]),
+        method=_engine(str(data.attrs["engine"]), json.loads(data.attrs["engine_options"])),
         log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
-        said=said,
+        factors=tuple(factors),
         log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
     )
+
+
+def _settings(factor: DescriptionFactor) -> int:
+    return math.prod(len(latent.support) for latent in factor.data.shared)
+
+
+def _options(engine: Any) -> dict[str, Any]:
+    """Return the options of an engine that has them as fields."""
+    if not is_dataclass(engine):
+        return {}
+    return {option.name: getattr(engine, option.name) for option in fields(engine)}
+
+
+def _engine(name: str, options: Mapping[str, Any]) -> Engine:
+    """Return the registered engine of a name with the options it had."""
+    entry: Any = ENGINES[name]
+    made: Engine = type(entry)(**options) if options else entry
+    return made
 
 
 def _description(data: dict[str, Any]) -> Description:

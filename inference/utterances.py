@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.language import TargetObject
+from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
 from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
 from sloop_ppl.rng import child
-
-if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
 
 __all__ = ["utterances_about"]
 
 
 def utterances_about(
-    posterior: Posterior,
-    target: str,
+    target: str | TargetObject,
+    belief: NDArray[np.float64],
+    city: CityMap,
     n: int,
     *,
     rng: np.random.Generator,
@@ -32,8 +32,9 @@ def utterances_about(
 
     Parameters
     ----------
-    posterior : where it is believed to be.
-    target : id of the target.
+    target : the object, or its id.
+    belief : where it is believed to be, shape (H, W).
+    city : the map.
     n : how many, > 0.
     rng : where places and words are drawn from; each description has a stream of its own.
     speaker : a model with ``speaker`` normalisation.
@@ -56,12 +57,10 @@ def utterances_about(
     """
     if n < 1:
         raise InputError(f"n is {n}; expected at least one utterance")
-    belief = posterior.belief(target)
-    known = {t.id: t for d in posterior.descriptions for t in d.targets}
     return tuple(
         simulate(
-            posterior.city,
-            [known.get(target, target)],
+            city,
+            [target],
             child(rng, "utterance", i),
             model=speaker,
             phrases=phrases,

@@ -1,8 +1,6 @@
 """Generative models of spatial language: likelihoods, frames, components, presets, the program."""
 
-from sloop_ppl.models.atoms import Atoms
 from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
-from sloop_ppl.models.build import OpenProgram, build, open_program
 from sloop_ppl.models.cell_priors import (
     CELL_PRIORS,
     CellPrior,
@@ -11,7 +9,6 @@ from sloop_ppl.models.cell_priors import (
     learn_cells,
 )
 from sloop_ppl.models.components import COMBINATIONS, Component
-from sloop_ppl.models.evidence import Evidence, gather_evidence
 from sloop_ppl.models.frames import (
     FRAME_PREDICTORS,
     FRAME_PRIORS,
@@ -21,15 +18,19 @@ from sloop_ppl.models.frames import (
     PredictedPoint,
     PredictedSpread,
 )
-from sloop_ppl.models.grounding import ground_description
+from sloop_ppl.models.grounding import (
+    ProgramData,
+    SharedFrame,
+    ground_description,
+    program_data,
+    true_places,
+)
 from sloop_ppl.models.intervene import intervene
+from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
-from sloop_ppl.models.observation import observation_model
-from sloop_ppl.models.phrases import front_prior, log_phrase, log_phrase_given_front
 from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
-from sloop_ppl.models.shared import SharedFrames, share_frames
+from sloop_ppl.models.program import Program, build
 from sloop_ppl.models.terms import RelationTerm, ground_relations
-from sloop_ppl.models.truth import TruthValue
 
 __all__ = [
     "BAYES",
@@ -41,36 +42,30 @@ __all__ = [
     "PRESETS",
     "UNFITTED_BAYES",
     "VARIANTS",
-    "Atoms",
     "CellPrior",
     "Component",
-    "Evidence",
     "FrameDistribution",
     "FramePart",
     "GaussianLikelihood",
+    "Latent",
     "LearntCells",
     "NearestStreet",
-    "OpenProgram",
     "PredictedPoint",
     "PredictedSpread",
     "Preset",
+    "Program",
+    "ProgramData",
     "RelationLikelihood",
     "RelationTerm",
-    "SharedFrames",
-    "TruthValue",
+    "SharedFrame",
     "build",
     "cell_prior",
-    "front_prior",
-    "gather_evidence",
     "ground_description",
     "ground_relations",
     "intervene",
     "learn_cells",
-    "log_phrase",
-    "log_phrase_given_front",
-    "observation_model",
-    "open_program",
     "preset",
-    "share_frames",
+    "program_data",
+    "true_places",
     "unfitted",
 ]

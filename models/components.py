@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.models.logspace import log_normalise
+from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 from sloop_ppl.registry import Registry
@@ -62,7 +62,16 @@ class Component:
     @property
     def uses_frames(self) -> bool:
         """Tell whether the component reads frame relations as they were said."""
-        return self.combine == "product" and self.keep_frames and self.read_as is None
+        return self.is_literal and self.keep_frames
+
+    @property
+    def is_literal(self) -> bool:
+        """Tell whether the component takes the phrases it keeps as they were said, all of them."""
+        return self.combine == "product" and self.read_as is None
+
+    def reads(self, term: RelationTerm) -> bool:
+        """Tell whether the component takes a phrase as it was said."""
+        return self.is_literal and (self.keep_frames or not term.needs_frame)
 
     def terms_it_reads(self, terms: tuple[RelationTerm, ...]) -> tuple[RelationTerm, ...]:
         """Return the terms this component keeps, as it reads them."""
@@ -76,17 +85,18 @@ class Component:
 Combination = Callable[[tuple[RelationTerm, ...], PhraseTable], Tensor]
 COMBINATIONS: Registry[Combination] = Registry("combination")
 """Ways to combine phrases: each returns log factors whose sum over rows is the combination's log
-weight of every cell; shape (L, S)."""
+weight of every cell; shape (L, S), with further axes before S for latents that phrases share."""
 
 
 def _product(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
     """Return one row per phrase: all phrases hold."""
-    return torch.stack([phrase(term) for term in terms])
+    return torch.stack(torch.broadcast_tensors(*(phrase(term) for term in terms)))
 
 
 def _sum(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
     """Return one row: one of the phrases holds, each as likely, so the one meant is summed out."""
-    each = torch.stack([log_normalise(phrase(term)) for term in terms])
+    tables = (log_normalise(phrase(term)) for term in terms)
+    each = torch.stack(torch.broadcast_tensors(*tables))
     return (torch.logsumexp(each, 0) - math.log(len(terms)))[None]
 
 

@@ -1,15 +1,336 @@
-"""Ground what was said the way a model reads it."""
+"""What a description becomes on a map before the program runs: relations, latents, readings.
+
+Shape legend: S cells; K components; V values of each latent that phrases share.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import itertools
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models.components import Component
+from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import Preset
-from sloop_ppl.models.terms import RelationTerm, ground_relations
+from sloop_ppl.models.terms import RelationTerm, ground_relations, spoken
 
-__all__ = ["ground_description"]
+__all__ = [
+    "Phrase",
+    "ProgramData",
+    "SharedFrame",
+    "ground_description",
+    "program_data",
+    "true_places",
+]
+
+_SHARED_BINS = {1: 72, 2: 36}
+"""Angle bins of each frame when so many are shared."""
+
+
+@dataclass(frozen=True, eq=False)
+class SharedFrame:
+    """The frame of a ground that several phrases of one speaker take the same way.
+
+    Parameters
+    ----------
+    ground
+        Id of the ground.
+    angles_rad
+        Directions it may face, radians, shape (B,).
+    mass
+        Their prior probabilities, summing to one, shape (B,).
+    """
+
+    ground: str
+    angles_rad: NDArray[np.float64]
+    mass: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """Name of its site."""
+        return f"frame/{self.ground}"
+
+    @property
+    def support(self) -> tuple[float, ...]:
+        """Its values, radians."""
+        return tuple(map(float, self.angles_rad))
+
+    @property
+    def log_prior(self) -> Tensor:
+        """Log prior of its values, shape (B,)."""
+        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))
+
+
+@dataclass(frozen=True, eq=False)
+class Phrase:
+    """A grounded relation under every value of the latents it depends on.
+
+    Parameters
+    ----------
+    relation
+        The relation as it was said.
+    own
+        Latents that concern this phrase alone.
+    sizes
+        Length of each leading axis of its tables: those of the shared latents, then of its own; 1
+        for one that does not matter.
+    meant
+        The relation under each combination of values, in row-major order of `sizes`.
+    frames
+        Prior of the frame for each of `meant`; None when it depends on no frame.
+    shared_axis
+        Which shared latent is its frame, when that is shared.
+    shared_fronts
+        Directions of that shared frame, radians, shape (B,).
+    """
+
+    relation: RelationTerm
+    own: tuple[Latent, ...]
+    sizes: tuple[int, ...]
+    meant: tuple[RelationTerm, ...]
+    frames: tuple[FrameDistribution, ...] | None
+    shared_axis: int | None = None
+    shared_fronts: Tensor | None = None
+
+    def bins(self, count: int) -> tuple[Tensor, Tensor]:
+        """Return angle bins of its frame and their log masses, shape (sizes..., B) each."""
+        each = [frame.bins(count) for frame in self.frames or ()]
+        longest = max(len(angles) for angles, _ in each)
+        angles = np.stack([np.pad(a, (0, longest - len(a)), mode="edge") for a, _ in each])
+        mass = np.stack([np.pad(m, (0, longest - len(m))) for _, m in each])
+        log_mass = np.where(mass > 0, np.log(np.maximum(mass, 1e-300)), -np.inf)
+        shape = (*self.sizes, longest)
+        return torch.from_numpy(angles).reshape(shape), torch.from_numpy(log_mass).reshape(shape)
+
+    def on_shared_axis(self, table: Tensor) -> Tensor:
+        """Return a table (sizes..., B, S) with a shared frame's fronts on its latent's axis."""
+        if self.shared_axis is None:
+            return table
+        return table.transpose(self.shared_axis, -2)
+
+    def over_meanings(
+        self, table: Callable[[RelationTerm, Any], Tensor], each: Sequence[Any] | None = None
+    ) -> Tensor:
+        """Return the tables of every meaning, those of `meant` along the leading axes.
+
+        Parameters
+        ----------
+        table
+            Takes a relation and what it is given of `each`; returns a table of shape (B, S) or
+            (S,).
+        each
+            What `table` takes with each of `meant`, such as its fronts; None for nothing.
+
+        Returns
+        -------
+        Tensor
+            Shape (sizes..., B, S).
+        """
+        given = each or (None,) * len(self.meant)
+        tables = [table(*one) for one in zip(self.meant, given, strict=True)]
+        whole = tables[0] if len(tables) == 1 else torch.stack(tables)
+        return whole.reshape(*self.sizes, -1, tables[0].shape[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramData:
+    """What the program is run on: grounded relations, priors and the latents between them.
+
+    Parameters
+    ----------
+    targets
+        Ids of the targets, N of them.
+    relations
+        Per target, its grounded relations.
+    city, model
+        The map and the observation model.
+    log_prior
+        Log prior over cells of each target, shape (N, S).
+    shared
+        Latents that several phrases depend on: frames, and declared ones.
+    truths
+        True places of the targets, metres, for a model that is told them.
+    number_priors
+        Parameter of the likelihood -> distribution that it is drawn from.
+    """
+
+    targets: tuple[str, ...]
+    relations: tuple[tuple[RelationTerm, ...], ...]
+    city: CityMap
+    model: Preset
+    log_prior: Tensor
+    shared: tuple[SharedFrame | Latent, ...] = ()
+    truths: tuple[tuple[float, float], ...] | None = None
+    number_priors: Mapping[str, Any] = field(default_factory=dict)
+    tables: dict[Any, Any] = field(default_factory=dict, repr=False)
+    phrases: dict[int, Phrase] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def reads(self) -> tuple[tuple[Tensor, ...], ...]:
+        """Which components read each phrase of each target as it was said, shape (K,) each.
+
+        A component that does not apply has no weight, so what it would read does not matter; it
+        counts as reading all, which spares an axis where the others do.
+        """
+        found = []
+        for relations in self.relations:
+            idle = [not self.applies(part, relations) for part in self.model.components]
+            rows = [
+                [part.reads(r) or i for part, i in zip(self.model.components, idle, strict=True)]
+                for r in relations
+            ]
+            found.append(tuple(map(torch.tensor, rows)))
+        return tuple(found)
+
+    @cached_property
+    def n_phrases(self) -> tuple[Tensor, ...]:
+        """How many phrases each component reads of each target, at least 1, (K, 1..., 1) each."""
+        shape = (-1, *(1,) * (len(self.shared) + 1))
+        return tuple(
+            torch.tensor(
+                [max(len(part.terms_it_reads(said)), 1) for part in self.model.components],
+                dtype=torch.float64,
+            ).reshape(shape)
+            for said in self.relations
+        )
+
+    @cached_property
+    def cuts(self) -> Tensor:
+        """Which components cut cells below uniform, shape (K, 1..., 1)."""
+        cut = torch.tensor([part.cut for part in self.model.components])
+        return cut.reshape(-1, *(1,) * (len(self.shared) + 1))
+
+    @cached_property
+    def log_uninformative(self) -> float:
+        """Log probability of a phrase that says nothing, the same at every cell."""
+        return self.model.log_uninformative(self.n_cells)
+
+    def some(self, which: Sequence[int]) -> ProgramData:
+        """Return the same for some of the targets; tables made for one are there for the other."""
+        return replace(
+            self,
+            targets=tuple(self.targets[i] for i in which),
+            relations=tuple(self.relations[i] for i in which),
+            log_prior=self.log_prior[list(which)],
+            truths=self.truths and tuple(self.truths[i] for i in which),
+        )
+
+    def is_located(self, i: int) -> bool:
+        """Tell whether anything was said of the target at position i."""
+        return bool(self.relations[i]) or self.truths is not None
+
+    @property
+    def n_cells(self) -> int:
+        """How many cells the tables are of."""
+        return self.city.grid.size
+
+    @cached_property
+    def log_weight(self) -> Tensor:
+        """Log prior weight of each component, -inf where it does not apply, shape (N, K)."""
+        return log_normalise(
+            torch.tensor(
+                [
+                    [
+                        math.log(part.weight) if self.applies(part, relations) else -math.inf
+                        for part in self.model.components
+                    ]
+                    for relations in self.relations
+                ],
+                dtype=torch.float64,
+            )
+        )
+
+    def framed_phrases(self) -> Iterator[tuple[str, int, Phrase]]:
+        """Yield target, position and phrase of every frame that the program draws by itself.
+
+        A phrase that no component reads as it was said has no sites but ``holds``.
+        """
+        for i, target in enumerate(self.targets):
+            for j, relation in enumerate(self.relations[i]):
+                phrase = self.phrase(relation)
+                own = phrase.frames is not None and phrase.shared_fronts is None
+                if own and bool(self.reads[i][j].any()):
+                    yield target, j, phrase
+
+    @property
+    def holders(self) -> dict[str, set[str]]:
+        """Shared latent -> the targets of which a phrase depends on it."""
+        found: dict[str, set[str]] = {latent.name: set() for latent in self.shared}
+        for target, relations in zip(self.targets, self.relations, strict=True):
+            for phrase in map(self.phrase, relations):
+                for axis, latent in enumerate(self.shared):
+                    if phrase.sizes[axis] > 1 or phrase.shared_axis == axis:
+                        found[latent.name].add(target)
+        return found
+
+    @property
+    def log_shared(self) -> Tensor:
+        """Log prior of the joint values of the shared latents, shape (V..., 1)."""
+        total = torch.zeros((1,) * (len(self.shared) + 1), dtype=torch.float64)
+        for axis, latent in enumerate(self.shared):
+            shape = [1] * (len(self.shared) + 1)
+            shape[axis] = -1
+            total = total + latent.log_prior.reshape(shape)
+        return total
+
+    def applies(self, part: Component, relations: tuple[RelationTerm, ...]) -> bool:
+        """Tell whether a component has anything to say of a target.
+
+        Of a target of which nothing was said the first component stands for all.
+        """
+        if self.model.needs_truth or not relations:
+            return self.model.needs_truth or part == self.model.components[0]
+        return bool(part.terms_it_reads(relations))
+
+    def phrase(self, relation: RelationTerm) -> Phrase:
+        """Return a relation under every value of the latents that it depends on; made once."""
+        key = id(relation)
+        if key not in self.phrases:
+            self.phrases[key] = self._phrase(relation)
+        return self.phrases[key]
+
+    def _phrase(self, relation: RelationTerm) -> Phrase:
+        own = tuple(
+            latent
+            for latent in self.model.latents
+            if latent not in self.shared and latent.concerns(relation)
+        )
+        concerned = [
+            latent if isinstance(latent, Latent) and latent.concerns(relation) else None
+            for latent in (*self.shared, *own)
+        ]
+        supports = [(None,) if a is None else a.support for a in concerned]
+        meant = []
+        for values in itertools.product(*supports):
+            one = relation
+            for latent, value in zip(concerned, values, strict=True):
+                one = one if latent is None else latent.meant(one, value)
+            meant.append(one)
+        if self.model.normalisation == "speaker":
+            meant = [spoken(one) for one in meant]
+        priors = [self.model.front_prior(one) for one in meant]
+        frames = tuple(prior for prior in priors if prior is not None)
+        sizes = tuple(len(support) for support in supports)
+        found = Phrase(relation, own, sizes, tuple(meant), frames or None)
+        for axis, shared in enumerate(self.shared):
+            if frames and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
+                fronts = torch.from_numpy(shared.angles_rad)
+                return replace(found, shared_axis=axis, shared_fronts=fronts)
+        return found
 
 
 def ground_description(
@@ -19,14 +340,18 @@ def ground_description(
 
     Parameters
     ----------
-    description : what was said.
-    city : the map.
-    model : the observation model; its `joint_grounds` and `heed_distance` decide what a relation
-        to several grounds and a said distance mean.
+    description
+        What was said.
+    city
+        The map.
+    model
+        The observation model; its `joint_grounds` and `heed_distance` decide what a relation to
+        several grounds and a said distance mean.
 
     Raises
     ------
-    UnknownName : when a ground is not on the map.
+    UnknownName
+        When a ground is not on the map.
     """
     grounded = {}
     for target in description.targets:
@@ -35,3 +360,127 @@ def ground_description(
             relations = tuple(replace(relation, distance_m=None) for relation in relations)
         grounded[target.id] = ground_relations(relations, city, joint=model.joint_grounds)
     return grounded
+
+
+def true_places(
+    truth: Mapping[str, tuple[float, float]] | None, targets: Sequence[str], model: Preset
+) -> tuple[tuple[float, float], ...] | None:
+    """Return the true place of each target, for a model that is told them; else None.
+
+    Raises
+    ------
+    InputError
+        When one is missing.
+    """
+    if not model.needs_truth:
+        return None
+    for target in targets:
+        if truth is None or target not in truth:
+            raise InputError(
+                f"Model '{model.name}' needs to be told where '{target}' is; give its place "
+                f"(truth={{'{target}': (x_m, y_m)}} in Python; --place {target}=x,y to search)"
+            )
+    return tuple((truth or {})[target] for target in targets)
+
+
+def program_data(
+    grounded: Mapping[str, tuple[RelationTerm, ...]],
+    city: CityMap,
+    model: Preset,
+    log_prior: Tensor | None = None,
+    *,
+    truths: Sequence[tuple[float, float]] | None = None,
+    number_priors: Mapping[str, Any] | None = None,
+) -> ProgramData:
+    """Return what the program is run on.
+
+    Parameters
+    ----------
+    grounded
+        Target -> its grounded relations.
+    city, model
+        The map and the observation model.
+    log_prior
+        Log prior over cells of each target, shape (N, S); uniform when None.
+    truths
+        True places, metres, one for each target; wanted by models that need them, else ignored.
+    number_priors
+        Parameter of the likelihood -> distribution that it is drawn from.
+
+    Raises
+    ------
+    InputError
+        When the model needs the true places and got none, two latents have one name, or more
+        frames are shared than can be enumerated.
+    """
+    if model.needs_truth and truths is None:
+        raise InputError(
+            f"Model '{model.name}' needs to be told where the targets are; give truth="
+            "{target: (x_m, y_m)}"
+        )
+    targets = tuple(grounded)
+    if log_prior is None:
+        size = city.grid.size
+        log_prior = torch.full((len(targets), size), -math.log(size), dtype=torch.float64)
+    relations = tuple(grounded.values())
+    every = [relation for said in relations for relation in said]
+    frames = _shared_frames(every, model)
+    declared = tuple(
+        latent
+        for latent in model.latents
+        if sum(latent.concerns(relation) for relation in every) != 1
+    )
+    _check_names([latent.name for latent in model.latents], targets, frames, number_priors or {})
+    return ProgramData(
+        targets,
+        relations,
+        city,
+        model,
+        log_prior,
+        (*frames, *declared),
+        tuple(truths) if truths is not None and model.needs_truth else None,
+        dict(number_priors or {}),
+    )
+
+
+def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[SharedFrame, ...]:
+    """Return the frames that a model lets several phrases share.
+
+    A frame is shared by all frame phrases about a ground, of any target; its prior is that of the
+    first such phrase.
+    """
+    if not model.shared_frames:
+        return ()
+    framed = [relation for relation in every if model.front_prior(relation) is not None]
+    counts = Counter(relation.ground for relation in framed)
+    several = [ground for ground, count in counts.items() if count > 1]
+    if len(several) > max(_SHARED_BINS):
+        raise InputError(
+            f"{len(several)} grounds have a front that several phrases share "
+            f"({', '.join(several)}); at most {max(_SHARED_BINS)} can be enumerated; say less at "
+            "a time or use a model without shared frames"
+        )
+    shared = []
+    for ground in several:
+        prior = model.front_prior(next(r for r in framed if r.ground == ground))
+        if prior is not None:
+            shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
+    return tuple(shared)
+
+
+def _check_names(
+    latents: Sequence[str],
+    targets: Sequence[str],
+    frames: Sequence[SharedFrame],
+    number_priors: Mapping[str, Any],
+) -> None:
+    """Refuse a name that two sites would have."""
+    taken = {*(frame.name for frame in frames), *number_priors}
+    for name in latents:
+        if name in taken:
+            raise InputError(f"Two latents are named '{name}'; expected a name of its own for each")
+        if any(name == target or name.startswith(f"{target}/") for target in targets):
+            raise InputError(
+                f"Latent '{name}' has the name of a site of a target; expected another name"
+            )
+        taken.add(name)

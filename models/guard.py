@@ -69,7 +69,7 @@ class GuardedLikelihood:
     def _called(
         self, method: str, term: RelationTerm, shape: tuple[int, ...], call: Callable[[], Tensor]
     ) -> Tensor:
-        about = f"relation '{term.relation}' of {term.ground} (site 'truth', phrase {term.index})"
+        about = f"relation '{term.relation}' of {term.ground} (site 'holds', phrase {term.index})"
         try:
             table = call()
         except Exception as error:

@@ -24,7 +24,7 @@ from sloop_ppl.registry import Registry
 __all__ = ["model_from_parts", "parts_of"]
 
 _NESTED = ("components", "likelihood", "frame_prior")
-_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in _NESTED)
+_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in (*_NESTED, "latents"))
 
 
 def parts_of(model: Preset) -> dict[str, Any]:
@@ -47,6 +47,7 @@ def parts_of(model: Preset) -> dict[str, Any]:
     """
     plain = {name: getattr(model, name) for name in _PLAIN}
     try:
+        _check_latents(model)
         return {
             **plain,
             "components": [asdict(component) for component in model.components],
@@ -86,6 +87,15 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
     )
     made = with_parameters(made, {"frames": frame_prior["numbers"]})
     return preset(made, made.variant)
+
+
+def _check_latents(model: Preset) -> None:
+    if model.latents:
+        raise InputError(
+            f"Model '{model.name}' declares latents, which are functions and cannot be written; "
+            "register it in sloop_ppl.models.PRESETS under a name of its own, or write the cells "
+            "alone: to_geojson, on the command line --export"
+        )
 
 
 def _likelihood_parts(model: Preset) -> dict[str, Any]:

@@ -8,9 +8,12 @@ from typing import Literal
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import Component
-from sloop_ppl.models.frames import FramePrior, PredictedPoint
+from sloop_ppl.models.frames import FrameDistribution, FramePrior, PredictedPoint
 from sloop_ppl.models.guard import guarded, trusted
+from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
+from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 from sloop_ppl.registry import Registry
 
 __all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
@@ -47,6 +50,7 @@ class Preset:
     informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
         metres; None for a model that listens.
     variant : one of `VARIANTS`.
+    latents : further latents that its program draws; see :class:`sloop_ppl.models.Latent`.
 
     Raises
     ------
@@ -66,6 +70,7 @@ class Preset:
     shared_frames: bool = False
     informed_sigma_m: float | None = None
     variant: str = "published"
+    latents: tuple[Latent, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.components:
@@ -85,6 +90,25 @@ class Preset:
     def needs_truth(self) -> bool:
         """Tell whether the model has to be told where the targets are."""
         return self.informed_sigma_m is not None
+
+    def front_prior(self, term: RelationTerm) -> FrameDistribution | None:
+        """Return the prior of the front that a phrase depends on; None when it depends on none.
+
+        Under ``"speaker"`` normalisation every phrase does, since the front decides what else
+        could have been said; that prior is the one of "front" for all words.
+        """
+        if self.normalisation == "speaker":
+            return self.frame_prior(term.as_relation("front"))
+        return self.frame_prior(term) if term.needs_frame else None
+
+    def log_uninformative(self, cells: int) -> float:
+        """Return the log probability of a phrase that says nothing, the same at every cell.
+
+        Under ``"map"`` normalisation it is uniform over cells, under ``"truth"`` an even chance,
+        and under ``"speaker"`` any word is as likely.
+        """
+        level = {"map": 1 / cells, "truth": 0.5, "speaker": 1 / len(SPEAKER_WORDS)}
+        return math.log(level[self.normalisation])
 
 
 PRESETS: Registry[Preset] = Registry("model")

@@ -15,10 +15,9 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import PredictedSpread
 from sloop_ppl.models.likelihoods import LIKELIHOODS
-from sloop_ppl.models.phrases import front_prior
 from sloop_ppl.models.presets import Preset
-from sloop_ppl.models.speaker import weigh_words, word_options
-from sloop_ppl.models.terms import RelationTerm, ground_relations
+from sloop_ppl.models.program import word_weights
+from sloop_ppl.models.terms import RelationTerm, ground_relations, word_options
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS, in_english, speakable_grounds
 
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "why_mute"]
@@ -164,7 +163,7 @@ class _Ground:
     def of(cls, ground: str, city: CityMap, model: Preset) -> _Ground:
         about = SpatialRelation("", "front", (ground,))
         (term,) = ground_relations((about,), city, joint=model.joint_grounds)
-        believed = front_prior(term, model)
+        believed = model.front_prior(term)
         if believed is None:  # not under "speaker" normalisation
             return cls(term, np.zeros(1), np.ones(1))
         angles, mass = believed.bins(_FRONTS)
@@ -237,7 +236,8 @@ def _word_chances(phrases: Sequence[_Phrase], model: Preset) -> NDArray[np.float
     term = phrases[0].about.term.at(np.array([phrase.cell for phrase in phrases]))
     options, _ = word_options(term)
     with torch.no_grad():
-        weighed = weigh_words(options, model, np.array([phrase.front for phrase in phrases]))
+        fronts = np.array([phrase.front for phrase in phrases])
+        weighed = word_weights(model.likelihood, options, fronts)
         each = [weighed.log_chance(word).diagonal() for word in range(len(options))]
     chances: NDArray[np.float64] = torch.stack(each, 1).exp().numpy()
     return chances

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -15,11 +16,19 @@ from torch import Tensor
 
 from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, WHOLE_MAP, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
+from sloop_ppl.models._regions import (
+    MAP_CLASS,
+    Sense,
+    distance_from,
+    ground_distance_m,
+    is_map,
+    sense_of,
+    shape_fields,
+)
 from sloop_ppl.models.directions import COMPASS_RAD, FRAME_OFFSET_RAD
-from sloop_ppl.models.distance import distance_from, ground_distance_m, shape_fields
-from sloop_ppl.models.senses import MAP_CLASS, Sense, is_map, sense_of
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
-__all__ = ["RelationTerm", "ground_relations"]
+__all__ = ["RelationTerm", "ground_relations", "spoken", "word_options"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +46,12 @@ class RelationTerm:
     negated : True when the relation was denied.
     said_distance_m : the distance that was said, metres, or None.
     index : position of the relation this term comes from among those of its figure.
+    figure : id of the target it is about.
     joint : True when between, across, along and several grounds have a meaning of their own.
     cells : the cells that the fields are of, in this order, repeats allowed, shape (S,); None for
         all cells of the map. See `at`.
+    latents : values of latents that the model declares, by name; see
+        :class:`sloop_ppl.models.Latent`.
     """
 
     relation: str
@@ -51,6 +63,8 @@ class RelationTerm:
     index: int = 0
     joint: bool = False
     cells: NDArray[np.intp] | None = None
+    figure: str = ""
+    latents: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def n_cells(self) -> int:
@@ -195,6 +209,38 @@ class RelationTerm:
         """Direction of a compass relation, None for the others and for the map's own sides."""
         return None if self.is_map else COMPASS_RAD.get(self.relation_class)
 
+    def directions(self, fronts_rad: Tensor | None) -> Tensor | None:
+        """Return the directions the relation points in.
+
+        Parameters
+        ----------
+        fronts_rad : directions its ground may face, radians, shape (B,).
+
+        Returns
+        -------
+        Tensor or None
+            One for each front for a frame word, shape (B,); the one of a compass word, shape (1,);
+            None for a relation without direction.
+        """
+        if self.needs_frame:
+            return None if fronts_rad is None else fronts_rad + self.offset_rad
+        if self.compass_rad is None:
+            return None
+        return torch.tensor([self.compass_rad], dtype=torch.float64)
+
+    @property
+    def meaning(self) -> Hashable:
+        """What two relations of one map have in common when they say the same of every cell."""
+        return (
+            self.relation,
+            self.relation_class,
+            self.grounds,
+            self.negated,
+            self.said_distance_m,
+            self.joint,
+            tuple(sorted(self.latents.items())),
+        )
+
     @cached_property
     def line_normal_rad(self) -> float:
         """Direction of one of the two normals to a line, radians.
@@ -224,6 +270,10 @@ class RelationTerm:
         cells : indices into the map's cells, row by row; repeats are allowed.
         """
         return replace(self, cells=cells)
+
+    def with_latent(self, name: str, value: Any) -> RelationTerm:
+        """Return the same relation under a value of a latent; see `latents`."""
+        return replace(self, latents={**self.latents, name: value})
 
     def _told(self, table: NDArray[Any]) -> Tensor:
         """Return a table over the map, (H, W), at the cells that this term is about, (S,)."""
@@ -276,10 +326,32 @@ def ground_relations(
                 said_distance_m=relation.distance_m,
                 index=index,
                 joint=joint,
+                figure=relation.figure,
             )
             for together in _split(grounds, city, joint)
         ]
     return tuple(terms)
+
+
+def word_options(term: RelationTerm) -> tuple[tuple[RelationTerm, ...], int]:
+    """Return all that could have been said of a term's grounds, and the index of what was.
+
+    Notes
+    -----
+    Words of one class are one choice: "beside" is chosen when "near" is. A meaning outside the
+    vocabulary counts as one more word.
+    """
+    options = tuple(term.as_relation(word) for word in SPEAKER_WORDS)
+    same = [i for i, o in enumerate(options) if o.relation_class == term.relation_class]
+    if same:
+        return options, same[-1]
+    return (*options, replace(term, negated=False)), len(options)
+
+
+def spoken(term: RelationTerm) -> RelationTerm:
+    """Return a relation as the word of the speaker's vocabulary that it counts as."""
+    options, chosen = word_options(term)
+    return replace(options[chosen], negated=term.negated)
 
 
 def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[str, ...]]:

@@ -13,6 +13,7 @@ __all__ = [
     "NoRelationFound",
     "OutputError",
     "OutsideMap",
+    "ProgramError",
     "SloopError",
     "UnknownName",
     "nearest_names",
@@ -99,6 +100,17 @@ class BeliefCollapse(InputError):
     ) -> None:
         self.prior, self.observation, self.culprits = prior, observation, tuple(culprits)
         super().__init__(message)
+
+
+class ProgramError(InputError):
+    """A user's mistake that shows only while the generative program runs; its cause is the mistake.
+
+    Its message is one line, whatever is written behind it: Pyro appends a table of shapes to what
+    passes through its traces. Engines raise the mistake itself.
+    """
+
+    def __init__(self, message: object) -> None:
+        super().__init__(str(message).partition("\n")[0])
 
 
 class OutputError(SloopError, OSError):

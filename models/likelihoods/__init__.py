@@ -1,17 +1,22 @@
 """Relation likelihoods: how true a relation is of each cell."""
 
-from sloop_ppl.models.likelihoods.attention import AttentionVectorSumLikelihood
-from sloop_ppl.models.likelihoods.base import LIKELIHOODS, RelationLikelihood
-from sloop_ppl.models.likelihoods.box import BoxLikelihood
-from sloop_ppl.models.likelihoods.cosine import bessel_ratios, expected_cosine
-from sloop_ppl.models.likelihoods.gaussian import GaussianLikelihood
-from sloop_ppl.models.likelihoods.marginal import (
+from sloop_ppl.models.likelihoods._base import LIKELIHOODS, RelationLikelihood
+from sloop_ppl.models.likelihoods._cosine import bessel_ratios, expected_cosine
+from sloop_ppl.models.likelihoods._marginal import (
     ClosedFormMarginal,
     frame_marginal,
     marginal_over,
 )
+from sloop_ppl.models.likelihoods._parameters import (
+    Parameter,
+    parameters_of,
+    share_parameter,
+    with_values,
+)
+from sloop_ppl.models.likelihoods.attention import AttentionVectorSumLikelihood
+from sloop_ppl.models.likelihoods.box import BoxLikelihood
+from sloop_ppl.models.likelihoods.gaussian import GaussianLikelihood
 from sloop_ppl.models.likelihoods.neural import NeuralLikelihood
-from sloop_ppl.models.likelihoods.parameters import Parameter, parameters_of, with_values
 from sloop_ppl.models.likelihoods.student import StudentVonMisesLikelihood
 
 __all__ = [
@@ -29,5 +34,6 @@ __all__ = [
     "frame_marginal",
     "marginal_over",
     "parameters_of",
+    "share_parameter",
     "with_values",
 ]

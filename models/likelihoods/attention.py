@@ -11,12 +11,12 @@ import shapely
 import torch
 from torch import Tensor
 
-from sloop_ppl.models.distance import REFERENCE_CELL_M, shape_fields
+from sloop_ppl.models._regions import REFERENCE_CELL_M, shape_fields
 from sloop_ppl.models.frames import FrameDistribution
-from sloop_ppl.models.likelihoods.base import LIKELIHOODS
-from sloop_ppl.models.likelihoods.marginal import marginal_over
-from sloop_ppl.models.likelihoods.parameters import Parameter, width_parameter
-from sloop_ppl.models.likelihoods.radial import log_student, said_width_m
+from sloop_ppl.models.likelihoods._base import LIKELIHOODS
+from sloop_ppl.models.likelihoods._marginal import marginal_over
+from sloop_ppl.models.likelihoods._parameters import Parameter, width_parameter
+from sloop_ppl.models.likelihoods._radial import log_student, said_width_m
 from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["AttentionVectorSumLikelihood", "attended_bearing_rad"]
@@ -62,6 +62,8 @@ class AttentionVectorSumLikelihood:
         width_parameter("directed_m", 20.0, "width for directed words"),
         Parameter("tail", "1", 0.0, math.inf, 3.0, 0.7, "degrees of freedom of the fall-off"),
     )
+
+    quadrature_error: ClassVar[float] = 1e-5  # the triangle of its angle has kinks
 
     attention: float = 1.0
     zero_rad: float = math.pi / 2

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
-from sloop_ppl.models.likelihoods.base import LIKELIHOODS
-from sloop_ppl.models.likelihoods.cosine import bessel_ratios
-from sloop_ppl.models.likelihoods.radial import said_width_m
+from sloop_ppl.models.likelihoods._base import LIKELIHOODS
+from sloop_ppl.models.likelihoods._cosine import bessel_ratios
+from sloop_ppl.models.likelihoods._radial import said_width_m
 from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["BoxLikelihood"]
@@ -32,6 +33,8 @@ class BoxLikelihood:
     -----
     Source: textbook. It declares no parameters: a step has no gradient to learn by.
     """
+
+    quadrature_error: ClassVar[float] = 2e-3  # it jumps with direction
 
     contact_m: float = 7.5
     near_m: float = 30.0

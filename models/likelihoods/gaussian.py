@@ -10,10 +10,10 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
-from sloop_ppl.models.likelihoods.base import LIKELIHOODS
-from sloop_ppl.models.likelihoods.cosine import expected_cosine
-from sloop_ppl.models.likelihoods.parameters import Parameter, clamped, width_parameter
-from sloop_ppl.models.likelihoods.radial import said_width_m
+from sloop_ppl.models.likelihoods._base import LIKELIHOODS
+from sloop_ppl.models.likelihoods._cosine import expected_cosine
+from sloop_ppl.models.likelihoods._parameters import Parameter, clamped, width_parameter
+from sloop_ppl.models.likelihoods._radial import said_width_m
 from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["GaussianLikelihood"]
@@ -48,6 +48,8 @@ class GaussianLikelihood:
         width_parameter("directed_min_m", 5.0, "least width for directed words"),
         width_parameter("directed_max_m", 20.0, "greatest width for directed words"),
     )
+
+    quadrature_error: ClassVar[float] = 1e-5  # the clipped or absolute cosine has a kink
 
     near_m: float = 15.0
     at_m: float = 5.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
@@ -14,7 +14,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.language import RELATION_CLASSES
 from sloop_ppl.maps.landmark import KINDS
-from sloop_ppl.models.likelihoods.base import LIKELIHOODS
+from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.rng import child
 
@@ -52,6 +52,8 @@ class NeuralLikelihood:
     network's output; it holds hand-set values, the network starts small, so untrained weights
     already know near from far. Weights are drawn with numpy, so a seed means the same anywhere.
     """
+
+    quadrature_error: ClassVar[float] = 1e-10  # smooth
 
     seed: int = 0
     hidden: int = 16

@@ -11,7 +11,6 @@ import xarray
 
 from sloop_ppl.bridge.words import facing, percent, relations_in_words
 from sloop_ppl.inference import Influence, Posterior, hpd_places, mode_m
-from sloop_ppl.inference.fronts import framed_terms
 from sloop_ppl.maps.whereabouts import whereabouts
 
 __all__ = ["explain_lines"]
@@ -88,7 +87,7 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
 
 
 def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
-    for framed in framed_terms(posterior, target):
+    for framed in posterior.framed(target):
         front = posterior.frame(target, framed.term.ground, framed.relation)
         mean = _mean(front)
         near = np.cos(front["angle"].values - mean) >= math.sqrt(0.5) - 1e-9
@@ -114,7 +113,7 @@ def _changes(
                 f"  without “{words[influence.index]}”: most probably "
                 f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"
             )
-    for framed in framed_terms(posterior, target):
+    for framed in posterior.framed(target):
         table = posterior.joint_frame(target, framed.relation, framed.term.ground)
         mean = _mean(table.sum(("y", "x")))
         opposite = table[np.cos(table["angle"].values - mean) <= -math.sqrt(0.5)].sum("angle")

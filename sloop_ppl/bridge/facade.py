@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sloop_ppl import language
-from sloop_ppl.inference import Posterior, infer_description
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Engine, Posterior, infer_description
 from sloop_ppl.language import Description, TargetObject, no_relation_found
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import Preset
 
 __all__ = ["infer", "parse"]
@@ -18,7 +20,7 @@ __all__ = ["infer", "parse"]
 
 def parse(
     text: str,
-    city: CityMap,
+    city: CityMap | str | Path,
     targets: Sequence[TargetObject] | None = None,
     parser: str = "rules",
 ) -> Description:
@@ -26,10 +28,14 @@ def parse(
 
     Parameters
     ----------
-    text : English.
-    city : the map whose landmarks it speaks of.
-    targets : the objects it may speak of; the default ones when None.
-    parser : name of the parser.
+    text
+        English.
+    city
+        The map whose landmarks it speaks of, or its name or path as `load_map` takes it.
+    targets
+        The objects it may speak of; the default ones when None.
+    parser
+        Name of the parser.
 
     Returns
     -------
@@ -38,16 +44,17 @@ def parse(
 
     Raises
     ------
-    UnknownName : when there is no such parser.
+    UnknownName
+        When there is no such parser, or map.
     """
-    return language.parse(text, city, targets=targets, parser=parser)
+    return language.parse(text, _city(city), targets=targets, parser=parser)
 
 
 def infer(
-    description: Description,
-    city: CityMap,
+    description: Description | str,
+    city: CityMap | str | Path,
     model: str | Preset = "bayes",
-    engine: str = "exact",
+    engine: str | Engine = "exact",
     prior: Any = None,
     truth: Mapping[str, tuple[float, float]] | None = None,
     do: Mapping[str, Any] | None = None,
@@ -57,17 +64,26 @@ def infer(
 
     Parameters
     ----------
-    description : what was said; at least one relation.
-    city : the map it was said of.
-    model : name of the observation model, or a Preset.
-    engine : name of the inference engine.
-    prior : belief before anything was said: None for uniform; a name of `sloop list priors`, or
-        a ``.nc`` or ``.json`` file; an array (H, W) of weights; a function of the map and a
-        target's id; or a mapping of target to one of these.
-    truth : target -> true place in metres; only for the model ``informed``.
-    do : interventions, such as ``{"frame": {"VelvetDog": 0.6}}`` (radians) or
+    description
+        What was said, at least one relation; a text is read with `parse` first.
+    city
+        The map it was said of, or its name or path as `load_map` takes it.
+    model
+        Name of the observation model, or a Preset.
+    engine
+        Name of the inference engine, or an engine with its options, such as
+        ``sloop_ppl.inference.Importance(draws=1000)``.
+    prior
+        Belief before anything was said: None for uniform; a name of `sloop list priors`, or a
+        ``.nc`` or ``.json`` file; an array (H, W) of weights; a function of the map and a target's
+        id; or a mapping of target to one of these.
+    truth
+        Target -> true place in metres; only for the model ``informed``.
+    do
+        Interventions, such as ``{"frame": {"VelvetDog": 0.6}}`` (radians) or
         ``{"component": "product"}``.
-    rng : wanted by engines that draw, ignored by exact ones.
+    rng
+        Wanted by engines that draw, ignored by exact ones.
 
     Returns
     -------
@@ -76,10 +92,19 @@ def infer(
 
     Raises
     ------
-    NoRelationFound : when the description says nothing about any target.
-    UnknownName : for an unknown model, engine or ground.
-    InputError : for a prior that is not one, or a missing truth.
-    BeliefCollapse : when the prior excludes all that the description allows.
+    NoRelationFound
+        When the description says nothing about any target.
+    UnknownName
+        For an unknown model, engine, map or ground.
+    InputError
+        For a prior that is not one, a missing truth, or a description or map of another type.
+    BeliefCollapse
+        When the prior excludes all that the description allows.
+
+    Notes
+    -----
+    May be called from many threads: programs run one at a time, under
+    ``sloop_ppl.inference.PYRO_LOCK``.
 
     Examples
     --------
@@ -88,10 +113,31 @@ def infer(
     >>> said = sloop.parse("the green toyota is behind velvet dog", city)
     >>> sloop.infer(said, city, model="sloop").belief("GreenToyota").shape
     (41, 41)
+    >>> sloop.infer("the red bike is near Ivy", "cleveland").targets
+    ('RedBike',)
     """
-    if not description.relations:
-        raise no_relation_found(description, city)
+    where = _city(city)
+    said = parse(description, where) if isinstance(description, str) else description
+    if not isinstance(said, Description):
+        raise InputError(
+            f"What was said is a {type(said).__name__}; expected a text, or a Description as "
+            "sloop_ppl.parse returns it"
+        )
+    if not said.relations:
+        raise no_relation_found(said, where)
     posterior, _ = infer_description(
-        description, city, model, engine, prior=prior, truth=truth, do=do, rng=rng
+        said, where, model, engine, prior=prior, truth=truth, do=do, rng=rng
     )
     return posterior
+
+
+def _city(city: Any) -> CityMap:
+    """Return a map, loaded when its name or path is given."""
+    if isinstance(city, CityMap):
+        return city
+    if isinstance(city, str | Path):
+        return load_map(city)
+    raise InputError(
+        f"The map is a {type(city).__name__}; expected a CityMap, the name of a bundled map or "
+        "the path of a .geojson file"
+    )

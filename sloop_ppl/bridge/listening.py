@@ -13,19 +13,9 @@ from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.rng import child
 
-__all__ = ["Listener", "is_coupled"]
+__all__ = ["Listener"]
 
 Tables = Mapping[str, NDArray[np.float64]]
-
-
-def is_coupled(posterior: Posterior) -> bool:
-    """Tell whether what is seen of one target tells of another: they share a frame."""
-    holders: dict[int, set[str]] = {}
-    for target in posterior.targets:
-        for part in posterior.said[target]:
-            if part.shared.size > 1:
-                holders.setdefault(id(part.shared), set()).add(target)
-    return any(len(targets) > 1 for targets in holders.values())
 
 
 class Listener:
@@ -57,7 +47,7 @@ class Listener:
         self._weight = recovery_weight
         self._initial = {t: posterior.belief(t) for t in posterior.targets if recovery_weight}
         self._sensed: dict[str, NDArray[np.float64]] = {}
-        self._coupled = is_coupled(posterior)
+        self._coupled = posterior.is_coupled
         self._steps = 0
         self.searched = posterior.targets
 
@@ -102,7 +92,7 @@ class Listener:
         self._catch_up()
         rng = child(self._rng, "said", self._steps)
         self._posterior = self._posterior.update(description, rng=rng)
-        self._coupled = is_coupled(self._posterior)
+        self._coupled = self._posterior.is_coupled
 
     def _catch_up(self) -> None:
         if not self._sensed:
@@ -138,7 +128,6 @@ class Listener:
         return replace(
             self._posterior,
             log_prior=log_prior,
-            said=dict.fromkeys(tables, ()),
+            factors=(),
             log_sensed={target: np.zeros_like(table) for target, table in tables.items()},
-            _cache={},
         )

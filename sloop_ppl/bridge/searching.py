@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sloop_ppl.bridge.listening import Listener, is_coupled
+from sloop_ppl.bridge.listening import Listener
 from sloop_ppl.bridge.spoken import descriptions_of
 from sloop_ppl.bridge.told import ToldEpisode, after, joined, last_pose
 from sloop_ppl.errors import InputError
@@ -228,7 +228,7 @@ def imagined_places(
             weights = posterior.belief(target).reshape(-1) * inside
             cell = int(child(rng, "place", target).choice(grid.size, p=weights / weights.sum()))
             drawn[target] = grid.centre_of(*divmod(cell, grid.n_cols))
-            if is_coupled(posterior):
+            if posterior.is_coupled:
                 at = np.full(grid.shape, -np.inf)
                 at.flat[cell] = 0.0
                 posterior = posterior.condition({target: at})

@@ -9,8 +9,6 @@ import numpy as np
 
 from sloop_ppl.bridge.words import percent, relations_in_words
 from sloop_ppl.inference import Posterior
-from sloop_ppl.inference.fronts import framed_terms
-from sloop_ppl.inference.tables import phrase_tables
 from sloop_ppl.plots import Front, SheetParts, plot_sheets
 
 if TYPE_CHECKING:
@@ -61,7 +59,7 @@ def sheet_of(
     weights = {k: w for k, w in posterior.component_prior(target).items() if w}
     components = {k: p for k, p in posterior.component(target).items() if k in weights}
     return SheetParts(
-        parts=dict(zip(words, phrase_tables(posterior, target), strict=True)) if several else {},
+        parts=dict(zip(words, posterior.phrase_tables(target), strict=True)) if several else {},
         grounds={
             w: [ground for ground in r.grounds if ground in posterior.city]
             for w, r in zip(words, relations, strict=True)
@@ -80,7 +78,7 @@ def sheet_of(
 
 def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
     """Return the belief given each component that has a share worth drawing."""
-    joint = posterior.joint(target)
+    joint = posterior.joint_component(target)
     maps = {}
     for name in joint["component"].values:
         table = joint.sel(component=name).values
@@ -93,7 +91,7 @@ def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
 def _fronts(posterior: Posterior, target: str) -> list[Front]:
     """Return one rose for each ground that has a front, that of its first relation."""
     fronts: dict[str, Front] = {}
-    for framed in framed_terms(posterior, target):
+    for framed in posterior.framed(target):
         ground = framed.term.ground
         if ground not in fronts:
             told = posterior.frame(target, ground, framed.relation)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sloop_ppl.bridge import search
-from sloop_ppl.bridge.listening import Listener, is_coupled
+from sloop_ppl.bridge.listening import Listener
 from sloop_ppl.bridge.searching import imagined_places
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound
 from sloop_ppl.inference import infer_description
@@ -47,11 +47,11 @@ def found(episode):
 
 
 def test_a_frame_of_two_targets_couples_them():
-    assert is_coupled(posterior())
-    assert not is_coupled(posterior(OWN))
+    assert posterior().is_coupled
+    assert not posterior(OWN).is_coupled
     alone = said(relation("front", "House", figure="A"), relation("left", "House", figure="A"),
                  targets=("A",))  # fmt: skip
-    assert not is_coupled(posterior(SHARED, alone))
+    assert not posterior(SHARED, alone).is_coupled
 
 
 def test_seeing_one_target_moves_the_other_during_the_search():

@@ -1,6 +1,7 @@
 """The picture and the Python of docs/models.md show what the page says."""
 
 import importlib.util
+import inspect
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.inference import ParameterDraws
+from sloop_ppl.models.program import generative_model
 from sloop_ppl.models.simulate import SPEAKER
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
@@ -34,6 +36,41 @@ def test_one_sentence_under_three_models(tmp_path):
     assert apart["the paper's text"] < 1e-9
     assert min(apart["its published code"], apart["ours (bayes)"]) > 0.1
     assert said.relations != turned.relations
+
+
+def test_every_line_of_the_table_of_equations_is_one_of_the_program():
+    page = (ROOT / "docs" / "models.md").read_text()
+    source = inspect.getsource(generative_model)
+    section = page.split("## The program")[1].split("### Engines")[0]
+    lines = re.findall(r"^\| .* \| `(.*)` \|$", section, re.MULTILINE)
+    assert len(lines) == 12
+    for line in lines:
+        assert line in source, line
+
+
+def test_the_plate_diagram_is_that_of_the_program(tmp_path):
+    path = ROOT / "examples" / "program_graph.py"
+    spec = importlib.util.spec_from_file_location("example_program_graph", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    graph = example.main(tmp_path / "program.dot")
+    edges = set(re.findall(r'"GreenToyota/(\w+)" -> "GreenToyota/(\w+)"', graph.source))
+    assert edges == {
+        ("frame_0", "angle_0"),
+        *((parent, "holds_0") for parent in ("component", "cell", "frame_0", "lapse_0")),
+        *((parent, "holds_1") for parent in ("cell", "lapse_1")),
+        *((parent, "temper") for parent in ("component", "cell")),
+        ("component", "normaliser"),
+    }
+    assert "cluster_targets" in graph.source
+    assert (ROOT / "docs" / "images" / "program.png").stat().st_size > 10_000
+
+
+def test_the_program_fits_on_a_screen():
+    """Of at most about sixty lines, its docstring apart."""
+    lines = inspect.getsource(generative_model).splitlines()
+    docstring = generative_model.__doc__.count("\n") + 1
+    assert len(lines) - docstring <= 60
 
 
 @pytest.mark.slow

@@ -5,8 +5,7 @@ import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.errors import BeliefCollapse, InputError
-from sloop_ppl.inference import batch, infer_description
-from sloop_ppl.inference.batch import infer_batch
+from sloop_ppl.inference import infer_batch, infer_description
 from sloop_ppl.models import preset
 
 TEXTS = (
@@ -28,7 +27,7 @@ def said(city):
 
 @pytest.mark.parametrize("name", ["bayes", "sloop", "sloop-m4", "keyword", "shared"])
 def test_a_batch_is_what_each_gives_alone(city, said, name, monkeypatch):
-    monkeypatch.setattr(batch, "_MOST_NUMBERS", 30_000)  # cuts the table in several
+    monkeypatch.setattr("sloop_ppl.inference.infer._TOGETHER", 3)  # of four targets
     model = replace(preset("bayes"), shared_frames=True) if name == "shared" else preset(name)
     for beliefs, description in zip(infer_batch(said, city, model), said, strict=True):
         alone, _ = infer_description(description, city, model)

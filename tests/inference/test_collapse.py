@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sloop_ppl.errors import BeliefCollapse
 from sloop_ppl.inference import infer_description
+from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11))
@@ -32,6 +35,21 @@ def test_prior_and_sensing_that_exclude_each_other_are_named():
 def test_sensing_that_excludes_every_cell_is_named_alone():
     with pytest.raises(BeliefCollapse) as raised:
         infer_description(SAID, CITY)[0].condition({TARGET: np.full((11, 11), -np.inf)})
+    assert raised.value.culprits == ("what was sensed leaves 0 of 121 cells",)
+
+
+@pytest.mark.parametrize("target", [TARGET, "RedBike"])
+@pytest.mark.parametrize("shared", [False, True])
+def test_the_target_that_has_nowhere_to_be_is_named(target, shared):
+    """Whether or not the other's phrases share a front with its own."""
+    what = said(
+        relation("front", "House"),
+        relation("behind", "House", figure="RedBike"),
+        targets=(TARGET, "RedBike"),
+    )
+    posterior = infer_description(what, CITY, replace(MIXTURE, shared_frames=shared))[0]
+    with pytest.raises(BeliefCollapse, match=f"believed about '{target}'") as raised:
+        posterior.condition({target: np.full((11, 11), -np.inf)})
     assert raised.value.culprits == ("what was sensed leaves 0 of 121 cells",)
 
 

@@ -7,33 +7,35 @@ import pytest
 from rich.console import Console
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.inference import ENGINES, compare
-from sloop_ppl.inference import engine as engine_module
-from sloop_ppl.inference.exact import exact
+from sloop_ppl.inference import ENGINES, Exact, compare, infer_description
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(12.0, -7.0), street_y=20.0)
 SAID = said(relation("behind", "House"))
 
 
-def refusing(*_, **__):
-    raise InputError("Engine 'refusing' does nothing; use another")
+class Refusing:
+    name = "refusing"
+
+    def weigh(self, data, rng):
+        raise InputError("Engine 'refusing' does nothing; use another")
 
 
-def tilted(terms, city, model, **options):
+class Tilted:
     """The exact factors, with the western half of the map twice as likely."""
-    factors = exact(terms, city, model, **options)
-    west = np.where(np.arange(city.grid.size) % city.grid.n_cols < 5, np.log(2), 0.0)
-    object.__setattr__(factors, "log_factor", factors.log_factor + west)
-    return factors
+
+    name = "tilted"
+
+    def weigh(self, data, rng):
+        columns = np.arange(data.n_cells) % data.city.grid.n_cols
+        west = np.where(columns < 5, np.log(2), 0.0)
+        return tuple(table + west for table in Exact().weigh(data, rng))
 
 
 @pytest.fixture
 def engines(monkeypatch):
-    monkeypatch.setattr(
-        ENGINES, "_entries", {"exact": exact, "tilted": tilted, "refusing": refusing}
-    )
-    assert engine_module.ENGINES is ENGINES
+    entries = {engine.name: engine for engine in (Exact(), Tilted(), Refusing())}
+    monkeypatch.setattr(ENGINES, "_entries", entries)
 
 
 @pytest.mark.usefixtures("engines")
@@ -41,8 +43,6 @@ def test_engines_are_compared_with_the_exact_one():
     table = compare(SAID, CITY, rng=np.random.default_rng(0))
     assert [run.engine for run in table.runs] == ["exact", "tilted", "refusing"]
     assert table["exact"].worst == 0
-    from sloop_ppl.inference import infer_description
-
     right = infer_description(SAID, CITY)[0].belief(TARGET)
     wrong = right * np.where(np.arange(11) < 5, 2, 1)
     apart = 0.5 * np.abs(right - wrong / wrong.sum()).sum()

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 import torch
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import ENGINES, importance, infer_description, nuts, svi
-from sloop_ppl.models import Component, ground_description, preset
+from sloop_ppl.inference import Importance, Nuts, Svi, infer_description
+from sloop_ppl.models import Component, ground_description, preset, program_data
 from tests.mixture import MIXTURE
 from tests.scenes import house_and_street, relation, said, symmetric_grid
 
@@ -58,13 +57,9 @@ def test_full_enumeration_agrees_with_exact(name):
 @pytest.mark.parametrize("name", ["bayes", "lapse", "shared frames"])
 def test_importance_sampling_agrees_within_its_error(name):
     exact, _ = infer_description(SPOKEN, CITY, MODELS[name])
-    ENGINES.add("test-few", partial(importance, draws=1000))
-    try:
-        rough, _ = infer_description(
-            SPOKEN, CITY, MODELS[name], "test-few", rng=np.random.default_rng(0)
-        )
-    finally:
-        ENGINES._entries.pop("test-few")
+    rough, _ = infer_description(
+        SPOKEN, CITY, MODELS[name], Importance(draws=1000), rng=np.random.default_rng(0)
+    )
     assert total_variation(exact, rough) < 0.06
     fine, _ = infer_description(
         SPOKEN, CITY, MODELS[name], "importance", rng=np.random.default_rng(0)
@@ -76,17 +71,13 @@ def test_importance_sampling_agrees_within_its_error(name):
 def test_engines_with_gradients_leave_threads_and_generators_alone(engine):
     torch.manual_seed(5)
     before, threads = torch.get_rng_state(), torch.get_num_threads()
-    few = {"nuts": partial(nuts, warmup=2, draws=3), "svi": partial(svi, steps=2, draws=3)}
+    few = {"nuts": Nuts(warmup=2, draws=3), "svi": Svi(steps=2, draws=3)}
     what = said(relation("behind", "House"), relation("near", "MainSt"))
-    terms = ground_description(what, CITY, BAYES)["RedCar"]
-    log_prior = np.full((1, CITY.grid.size), -np.log(CITY.grid.size))
-    runs = [
-        few[engine]([terms], CITY, BAYES, log_prior=log_prior, rng=np.random.default_rng(3))
-        for _ in range(2)
-    ]
+    data = program_data(ground_description(what, CITY, BAYES), CITY, BAYES)
+    runs = [few[engine].weigh(data, np.random.default_rng(3))[0] for _ in range(2)]
     assert torch.equal(torch.get_rng_state(), before)
     assert torch.get_num_threads() == threads
-    np.testing.assert_array_equal(runs[0].log_factor, runs[1].log_factor)
+    np.testing.assert_array_equal(runs[0], runs[1])
 
 
 @pytest.mark.parametrize("engine", ["importance", "nuts", "svi"])
@@ -99,6 +90,18 @@ def test_engines_that_draw_want_an_rng(engine):
 def test_points_have_no_gradient(engine):
     with pytest.raises(InputError, match=rf"Engine '{engine}' needs frames with a density"):
         infer_description(SPOKEN, CITY, "sloop", engine, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("engine", ["nuts", "svi"])
+@pytest.mark.parametrize("model", ["keyword", "uniform", "informed"])
+def test_frames_that_no_component_reads_want_no_density(engine, model):
+    """What was said of a point of a front does not matter to them."""
+    truth = {"A": (0.0, 0.0), "B": (10.0, 5.0)}
+    got, _ = infer_description(
+        SPOKEN, CITY, model, engine, truth=truth, rng=np.random.default_rng(0)
+    )
+    exact, _ = infer_description(SPOKEN, CITY, model, truth=truth)
+    assert total_variation(exact, got) < 1e-9
 
 
 def test_a_fixed_front_is_taken_whatever_its_prior():

@@ -19,7 +19,7 @@ WARY = replace(MIXTURE, lapse=0.2)
 CLASH = said(relation("near", "House"), relation("at", "House"), relation("at", "MainSt"))
 
 
-def test_lapses_are_those_of_the_open_program():
+def test_lapses_are_those_of_the_program():
     """Enumerate component, cell and lapses of the Pyro program one by one."""
     program = build(CLASH, CITY, WARY)
     sums = torch.zeros(3)

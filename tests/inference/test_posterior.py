@@ -8,8 +8,9 @@ import torch
 
 from sloop_ppl.errors import BeliefCollapse, DescriptionError, InputError, UnknownName
 from sloop_ppl.inference import Posterior, infer_description
+from sloop_ppl.inference._enumeration import description_tables
 from sloop_ppl.maps import load_map
-from sloop_ppl.models import gather_evidence, ground_relations
+from sloop_ppl.models import Program, ground_relations, program_data
 from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
@@ -87,14 +88,15 @@ def test_the_frame_posterior_is_bayes_rule_over_a_fine_grid():
     full = np.exp(log_g)  # (psi, cells)
     z_full = (prior_mass @ full).sum()
     weights = {c.name: c.weight for c in model.components}
-    evidence = gather_evidence([(term,)], CITY, model)
-    tables = (evidence.log_truth[0, 0].sum(1) + evidence.log_normaliser[0, 0]).exp().numpy()
+    data = program_data({TARGET: (term,)}, CITY, model)
+    (log_table,) = description_tables(Program(data, "summed"))
+    tables = log_table.exp().numpy()  # with the weights of the components that apply
     total = sum(weights[n] for n in ("product", "at", "near"))
     used = weights["product"] / total * (full @ sensed) / z_full
     unused = sum(
-        weights[n] / total * float(tables[i] @ sensed)
-        for i, n in enumerate(evidence.components)
-        if n in ("at", "near")
+        float(tables[i] @ sensed)
+        for i, part in enumerate(model.components)
+        if part.name in ("at", "near")
     )
     post = prior_mass * (used + unused)
     by_part = part.weight * density / density.sum() * (used + unused)

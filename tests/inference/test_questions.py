@@ -34,7 +34,7 @@ def half_plane(side: float):
 def test_components_by_cell_sum_to_the_belief_and_to_the_components():
     post = posterior().update(said(relation("left", "House")))
     for which in (0, 1, -1):
-        joint = post.joint(TARGET, which)
+        joint = post.joint_component(TARGET, which)
         np.testing.assert_allclose(joint.sum("component"), post.belief(TARGET), atol=1e-15)
         told = dict(zip(joint["component"].values, joint.sum(("y", "x")).values, strict=True))
         assert told == pytest.approx(post.component(TARGET, which))
@@ -57,7 +57,7 @@ def test_responsibilities_of_an_excluded_cell_are_unknown():
     assert np.isfinite(share[:, 1:]).all()
 
 
-@pytest.mark.parametrize("ask", ["joint", "responsibilities"])
+@pytest.mark.parametrize("ask", ["joint_component", "responsibilities"])
 def test_a_mixture_that_is_not_there(ask):
     silent = said(relation("near", "House"), targets=(TARGET, "RedBike"))
     post = posterior(silent)
@@ -198,6 +198,14 @@ def test_draws_of_several_descriptions():
     assert draws.identical(again)
     with pytest.raises(InputError, match="n is 0; expected at least one draw"):
         post.draws(TARGET, 0, rng=np.random.default_rng(5))
+
+
+def test_a_model_that_was_told_the_truth_has_tables_of_phrases():
+    """It listens to none of them; what they say by themselves can be asked all the same."""
+    told = posterior(BOTH, "informed", truth={TARGET: (0.0, 0.0)})
+    deaf = posterior(BOTH, "sloop")
+    for table, expected in zip(told.phrase_tables(TARGET), deaf.phrase_tables(TARGET), strict=True):
+        np.testing.assert_allclose(table, expected, atol=1e-12)
 
 
 def test_draws_of_a_target_of_which_nothing_was_said():

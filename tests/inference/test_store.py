@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import Posterior, infer_description
+from sloop_ppl.inference import Importance, Posterior, infer_description
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
 from sloop_ppl.models.tuning import with_parameters
@@ -60,6 +60,42 @@ def in_parts(change):
     return spoilt
 
 
+def in_sections(change):
+    def spoilt(data):
+        sections = json.loads(data.attrs["sections"])
+        change(sections)
+        data.attrs["sections"] = json.dumps(sections)
+
+    return spoilt
+
+
+def test_sections_that_a_later_version_adds_are_passed_over(saved, tmp_path):
+    with xarray.open_dataset(saved, engine="h5netcdf") as opened:
+        data = opened.load()
+    in_sections(lambda sections: sections.update(moods=7))(data)
+    data.to_netcdf(tmp_path / "later.nc", engine="h5netcdf")
+    after = Posterior.load(tmp_path / "later.nc")
+    np.testing.assert_array_equal(after.belief(TARGET), Posterior.load(saved).belief(TARGET))
+
+
+def test_an_engine_is_read_with_its_options(tmp_path):
+    drawn = Importance(draws=20)
+    before, _ = infer_description(SAID, CITY, "bayes", drawn, rng=np.random.default_rng(0))
+    before.save(tmp_path / "p.nc")
+    after = Posterior.load(tmp_path / "p.nc")
+    assert (after.engine, after.method) == ("importance", drawn)
+    one, other = (p.update(LATER, np.random.default_rng(1)) for p in (before, after))
+    np.testing.assert_array_equal(one.belief(TARGET), other.belief(TARGET))
+
+
+def test_a_model_that_was_told_the_truth_is_read_too(tmp_path):
+    before, _ = infer_description(SAID, CITY, "informed", truth={TARGET: (10.0, -20.0)})
+    before.save(tmp_path / "p.nc")
+    after = Posterior.load(tmp_path / "p.nc")
+    np.testing.assert_array_equal(after.belief(TARGET), before.belief(TARGET))
+    assert [lapse.p for lapse in after.lapses(TARGET)] == [0.0]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -72,7 +108,13 @@ def in_parts(change):
         (in_parts(lambda parts: parts["components"].pop()), "4 components; its model has 3"),
         (lambda data: data.attrs.pop("model_parts"), "lacks 'model_parts'; infer it again"),
         (lambda data: data.attrs.update(model_parts="{"), "cannot be read"),
-        (lambda data: data.attrs.update(format=2), "has format 2; expected 3"),
+        (lambda data: data.attrs.update(format=2), "has format 2; expected 4"),
+        (
+            in_sections(lambda sections: sections.update(factors=2)),
+            "its section 'factors' has version 2; expected 1; read it with the version of",
+        ),
+        (in_sections(lambda sections: sections.pop("engine")), "lacks 'engine'; infer it again"),
+        (lambda data: data.attrs.pop("engine_options"), "lacks 'engine_options'; infer it again"),
     ],
 )
 def test_what_a_spoilt_file_gets_wrong_is_named(saved, change, message):

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import infer_description
-from sloop_ppl.inference.batch import infer_batch
-from sloop_ppl.inference.tables import phrase_tables
+from sloop_ppl.inference import infer_batch, infer_description
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
@@ -33,7 +31,7 @@ def test_every_question_has_the_same_answer(shared):
         lambda p: [one.bits for one in p.influence(TARGET)],
         lambda p: p.frame(TARGET, relation=0).values.tolist(),
         lambda p: p.draws(TARGET, 5, rng=np.random.default_rng(0))["front"].values.tolist(),
-        lambda p: [table.tolist() for table in phrase_tables(p, TARGET)],
+        lambda p: [table.tolist() for table in p.phrase_tables(TARGET)],
     ):
         np.testing.assert_allclose(ask(training), ask(plain), rtol=1e-9, atol=1e-12)
 

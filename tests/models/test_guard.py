@@ -10,8 +10,7 @@ import pytest
 import torch
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import Example, fit, infer_description
-from sloop_ppl.inference.batch import infer_batch
+from sloop_ppl.inference import Example, fit, infer_batch, infer_description
 from sloop_ppl.models import GaussianLikelihood, build, preset
 from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.simulate import SPEAKER, simulate
@@ -65,11 +64,11 @@ def raised(run):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        ("positive", "of MainSt (site 'truth', phrase 0) is 1 at its highest; expected at most 0"),
+        ("positive", "of MainSt (site 'holds', phrase 0) is 1 at its highest; expected at most 0"),
         ("nan", "is nan at 121 of 121 places; expected finite logs: give g a small floor"),
         ("numpy", "is a ndarray; expected a torch.Tensor"),
         ("half", "has dtype torch.float32; expected torch.float64"),
-        ("first row", "(site 'truth', phrase 1) has shape (121,); expected (1, 121), that is (B"),
+        ("first row", "(site 'holds', phrase 1) has shape (121,); expected (1, 121), that is (B"),
         ("turned", "has shape (121, 1); expected (1, 121), that is (B directions, S cells)"),
         ("no axis for cells", "has shape (); expected (121,), that is (S cells,)"),
     ],
@@ -80,7 +79,7 @@ def test_what_it_returns_is_checked(spoil, message):
 
 def test_what_it_raises_is_said_with_its_line():
     assert re.fullmatch(
-        r"log_g of 'Mine' fails for relation 'behind' of House \(site 'truth', phrase 1\) "
+        r"log_g of 'Mine' fails for relation 'behind' of House \(site 'holds', phrase 1\) "
         r"at line \d+ of test_guard.py: RuntimeError: no such front",
         raised(lambda: infer_description(SAID, CITY, of(Mine("fails")))),
     )
@@ -95,7 +94,7 @@ def test_its_own_expectation_is_checked():
 @pytest.mark.parametrize(
     "run",
     [
-        lambda model: build(SAID, CITY, model),
+        lambda model: build(SAID, CITY, model)(),
         lambda model: infer_batch([SAID], CITY, model),
         lambda model: infer_description(SAID, CITY, model, "enumerate"),
         lambda model: infer_description(

@@ -9,7 +9,7 @@ import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps
-from sloop_ppl.models import log_phrase_given_front, preset
+from sloop_ppl.models import preset
 from sloop_ppl.models.simulate import (
     SPEAKER,
     _choose_words,
@@ -20,6 +20,7 @@ from sloop_ppl.models.simulate import (
 )
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS, TEMPLATES, in_english, speakable_grounds
 from tests.mixture import MIXTURE
+from tests.phrases import log_phrase_given_front
 
 
 @pytest.fixture(scope="module")
@@ -53,12 +54,13 @@ def test_words_are_chosen_as_inference_weighs_them(city):
     places = [(0.3, 100), (-2.0, 900), (1.0, 100)]
     phrases = [_Phrase(about, cell, front, False, False, 0.5) for front, cell in places]
     chosen = _word_chances(phrases, SPEAKER)
+    unfailing = replace(SPEAKER, lapse=0.0)
     np.testing.assert_allclose(chosen.sum(1), 1)
     for (front, cell), chances in zip(places, chosen, strict=True):
         weighed = [
             float(
                 log_phrase_given_front(
-                    about.term.as_relation(word), SPEAKER, np.array([front]), lapse=False
+                    about.term.as_relation(word), city, unfailing, np.array([front])
                 )[0, cell].exp()
             )
             for word in SPEAKER_WORDS

@@ -7,11 +7,13 @@ import pytest
 import torch
 
 from sloop_ppl.language import RELATIONS
-from sloop_ppl.models import LIKELIHOODS, FrameDistribution, FramePart, ground_relations, log_phrase
-from sloop_ppl.models.phrases import front_prior, log_words
+from sloop_ppl.models import LIKELIHOODS, FrameDistribution, FramePart, ground_relations
+from sloop_ppl.models._speaker import front_masses
+from sloop_ppl.models.program import log_words, word_weights
 from sloop_ppl.models.simulate import SPEAKER
-from sloop_ppl.models.speaker import front_masses, weigh_words, word_options
+from sloop_ppl.models.terms import word_options
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from tests.phrases import log_phrase
 from tests.scenes import house_and_street, relation, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(9), house=(12.0, -7.0), street_y=15.0)
@@ -55,7 +57,7 @@ def test_a_word_is_chosen_by_the_softmax_of_all_of_them(ground):
             log_g = SPEAKER.likelihood.log_g(option, direction)
             by_hand[i, b] = np.exp(log_g.reshape(-1).numpy())
     by_hand /= by_hand.sum(0)
-    weighed = weigh_words(options, SPEAKER, fronts)
+    weighed = word_weights(SPEAKER.likelihood, options, fronts)
     for i in range(len(options)):
         np.testing.assert_allclose(weighed.log_chance(i).exp(), by_hand[i], rtol=1e-9)
 
@@ -73,7 +75,7 @@ def test_phrases_at_known_cells_are_those_of_the_whole_map():
     options, _ = word_options(term_of("near").at(CELLS))
     told = log_words(options, PLAIN, np.array(chosen), denied, fronts=360)
     expected = [
-        float(log_phrase(term_of(word, negated=bool(no)), PLAIN)[cell])
+        float(log_phrase(term_of(word, negated=bool(no)), CITY, PLAIN)[cell])
         for word, no, cell in zip(words, denied, CELLS, strict=True)
     ]
     np.testing.assert_allclose(told, expected, atol=1e-10)
@@ -100,4 +102,4 @@ def test_the_fronts_of_a_frame_carry_gradients_in_its_concentration():
 
 
 def test_every_word_has_the_front_that_decides_it():
-    assert front_prior(term_of("near"), SPEAKER) == front_prior(term_of("left"), SPEAKER)
+    assert SPEAKER.front_prior(term_of("near")) == SPEAKER.front_prior(term_of("left"))

@@ -152,7 +152,7 @@ def test_what_fails_later_says_where(mine):
     with pytest.raises(InputError) as error:
         belief(load_model(f"{mine}:broken"))
     assert re.fullmatch(
-        r"log_g of 'mine.py:broken' fails for relation 'near' of Pole \(site 'truth', phrase 0\) "
+        r"log_g of 'mine.py:broken' fails for relation 'near' of Pole \(site 'holds', phrase 0\) "
         r"at line \d+ of mine.py: NameError: name 'nothing' is not defined",
         str(error.value),
     )
@@ -162,7 +162,7 @@ def test_positive_logs_are_refused(mine):
     with pytest.raises(InputError) as error:
         belief(load_model(f"{mine}:positive"))
     assert str(error.value) == (
-        "log_g of 'mine.py:positive' for relation 'near' of Pole (site 'truth', phrase 0) is 1 at "
+        "log_g of 'mine.py:positive' for relation 'near' of Pole (site 'holds', phrase 0) is 1 at "
         "its highest; expected at most 0: g is a probability"
     )
 

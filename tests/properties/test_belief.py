@@ -128,10 +128,8 @@ def test_turning_the_map_turns_the_belief(words):
 def test_one_relation_is_the_product_of_one():
     alone, _ = infer_description(said(relation("near", "House")), CITY, "sloop-m4")
     product, _ = infer_description(said(relation("near", "House")), CITY, "sloop")
-    joint = alone._joint(TARGET, -1)
-    np.testing.assert_allclose(
-        joint[0] / joint[0].sum(), product.belief(TARGET).reshape(-1), atol=1e-12
-    )
+    joint = alone.joint_component(TARGET).sel(component="product")
+    np.testing.assert_allclose(joint / joint.sum(), product.belief(TARGET), atol=1e-12)
 
 
 @pytest.mark.parametrize("model", ["sloop", "sloop-m2", "sloop-m4", "bayes"])

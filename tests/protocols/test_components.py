@@ -10,19 +10,20 @@ import pytest
 import torch
 
 from sloop_ppl.inference import infer_description
+from sloop_ppl.inference._enumeration import description_tables, enumerated_sites
 from sloop_ppl.models import (
     COMBINATIONS,
     PRESETS,
     Component,
-    gather_evidence,
+    Program,
     ground_description,
     ground_relations,
-    log_phrase,
-    log_phrase_given_front,
     preset,
+    program_data,
 )
 from sloop_ppl.models.presets import Normalisation
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from tests.phrases import log_phrase, log_phrase_given_front
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(6.0, -8.0), street_y=20.0)
@@ -39,9 +40,9 @@ NORMALISATIONS = get_args(Normalisation)
 LISTENING = [name for name in PRESETS if not preset(name).needs_truth]
 
 
-def evidence_of(model, what=SAID):
-    terms = list(ground_description(what, CITY, model).values())
-    return gather_evidence(terms, CITY, model)
+def program_of(model, what=SAID):
+    """The program with frames, lapses and all that is of one phrase summed out."""
+    return Program(program_data(ground_description(what, CITY, model), CITY, model), "summed")
 
 
 def with_normalisation(name):
@@ -55,7 +56,7 @@ def with_normalisation(name):
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_a_combination_gives_rows_of_log_probabilities(name, count):
     terms = ground_relations(WORDS[:count], CITY)
-    rows = COMBINATIONS[name](terms, lambda term: log_phrase(term, BAYES))
+    rows = COMBINATIONS[name](terms, lambda term: log_phrase(term, CITY, BAYES))
     assert rows.dim() == 2
     assert 1 <= len(rows) <= count
     assert rows.shape[1] == CITY.grid.size
@@ -68,7 +69,7 @@ def test_a_combination_gives_rows_of_log_probabilities(name, count):
 def test_a_combination_does_not_heed_the_order(name):
     terms = ground_relations(WORDS, CITY)
     one, other = (
-        COMBINATIONS[name](some, lambda term: log_phrase(term, BAYES)).sum(0)
+        COMBINATIONS[name](some, lambda term: log_phrase(term, CITY, BAYES)).sum(0)
         for some in (terms, terms[::-1])
     )
     torch.testing.assert_close(one, other, rtol=1e-12, atol=1e-12)
@@ -88,7 +89,7 @@ def test_a_combination_makes_a_model_of_its_own(name):
 @pytest.mark.parametrize("name", LISTENING)
 def test_weights_are_those_of_the_components_that_apply(name):
     model = preset(name)
-    weights = evidence_of(model).log_weight[0].exp()
+    weights = program_of(model).data.log_weight[0].exp()
     assert float(weights.sum()) == pytest.approx(1)
     every = np.array([part.weight for part in model.components])
     applies = (weights > 0).numpy()
@@ -118,7 +119,7 @@ def test_the_mixture_is_the_weighted_mean_of_its_components(name):
     """Under 'map' normalisation, by each component's own model."""
     model = preset(name)
     mixture = np.zeros(CITY.grid.shape)
-    weights = evidence_of(model).log_weight[0].exp().tolist()
+    weights = program_of(model).data.log_weight[0].exp().tolist()
     for part, weight in zip(model.components, weights, strict=True):
         if weight:
             alone = replace(model, components=(part,))
@@ -132,10 +133,14 @@ def test_the_mixture_is_the_weighted_mean_of_its_components(name):
 
 @pytest.mark.parametrize("name", NORMALISATIONS)
 def test_tables_are_log_probabilities(name):
-    evidence = evidence_of(with_normalisation(name))
-    assert torch.isfinite(evidence.log_truth).all()
-    assert (evidence.log_truth <= 1e-12).all()
-    assert torch.isfinite(evidence.log_normaliser).all()
+    sites = enumerated_sites(program_of(with_normalisation(name)))
+    holds = [sites[f"{TARGET}/holds_{j}"].values for j in range(len(WORDS))]
+    holds += [sites[site].values for site in (f"{TARGET}/together",) if site in sites]
+    for log_p in holds:
+        assert torch.isfinite(log_p).all()
+        assert (log_p <= 1e-12).all()
+    for factor in {f"{TARGET}/{site}" for site in ("temper", "normaliser")} & set(sites):
+        assert torch.isfinite(sites[factor].values).all()
 
 
 @pytest.mark.parametrize("name", NORMALISATIONS)
@@ -154,20 +159,24 @@ def test_a_phrase_is_the_mean_over_its_fronts(name):
         (term,) = ground_relations((word,), CITY)
         prior = model.frame_prior(term.as_relation("front") if name == "speaker" else term)
         fronts, mass = prior.bins(720)
-        given = log_phrase_given_front(term, model, fronts).exp()
+        given = log_phrase_given_front(term, CITY, model, fronts).exp()
         mean = torch.from_numpy(mass) @ given
-        torch.testing.assert_close(mean, log_phrase(term, model).exp(), rtol=1e-4, atol=1e-7)
+        torch.testing.assert_close(mean, log_phrase(term, CITY, model).exp(), rtol=1e-4, atol=1e-7)
 
 
 def test_truth_leaves_phrases_as_they_are():
     plain = replace(with_normalisation("truth"), temper=0.0)
-    assert not evidence_of(plain).log_normaliser.any()
+    sites = enumerated_sites(program_of(plain))
+    spoken = {f"{TARGET}/holds_{j}" for j in range(len(WORDS))}
+    assert set(sites) - spoken <= {f"{TARGET}/{site}" for site in ("component", "cell")}
 
 
 def test_map_makes_each_component_a_distribution_over_cells():
-    evidence = evidence_of(with_normalisation("map"))
-    log_p = evidence.log_truth[0, 0].sum(1) + evidence.log_normaliser[0, 0]
-    sums = torch.logsumexp(log_p, -1)[evidence.log_weight[0] > -torch.inf]
+    program = program_of(with_normalisation("map"))
+    (log_p,) = description_tables(program)  # the components' weights are part of it
+    log_weight = program.data.log_weight[0]
+    sums = torch.logsumexp(log_p, -1) - log_weight
+    sums = sums[log_weight > -torch.inf]
     torch.testing.assert_close(sums, torch.zeros_like(sums), atol=1e-9, rtol=0)
 
 
@@ -176,7 +185,7 @@ def test_speaker_makes_words_a_distribution_at_every_cell():
     model = replace(with_normalisation("speaker"), lapse=0.0)
     fronts = np.linspace(-np.pi, np.pi, 7)
     total = sum(
-        log_phrase_given_front(term, model, fronts).exp()
+        log_phrase_given_front(term, CITY, model, fronts).exp()
         for term in ground_relations(tuple(relation(word, "House") for word in SPEAKER_WORDS), CITY)
     )
     torch.testing.assert_close(total, torch.ones_like(total))

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from sloop_ppl.inference import ENGINES, infer_description
-from sloop_ppl.models import Component, PredictedSpread, ground_description, preset
+from sloop_ppl.models import (
+    Component,
+    PredictedSpread,
+    ground_description,
+    preset,
+    program_data,
+)
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(15), house=(12.0, -7.0), street_y=30.0)
@@ -55,16 +61,14 @@ def test_beliefs_components_and_evidence_agree_with_exact(name):
 def test_factors_have_the_shape_that_was_promised(name):
     """Two targets, of one of which nothing is said; no frame, so that all are quick."""
     two = replace(PLAIN, targets=said(targets=(TARGET, "Bike")).targets)
-    terms = list(ground_description(two, CITY, MODEL).values())
-    log_prior = np.full((2, CITY.grid.size), -np.log(CITY.grid.size))
-    factors = ENGINES[name](
-        terms, CITY, MODEL, log_prior=log_prior, truths=None, rng=np.random.default_rng(0)
-    )
-    assert factors.components == tuple(part.name for part in MODEL.components)
-    assert factors.log_factor.shape == (2, 1, 2, CITY.grid.size)
-    assert factors.log_factor.dtype == np.float64
-    assert not np.isnan(factors.log_factor).any()
-    silent = np.logaddexp.reduce(factors.log_factor[1, 0], 0)
+    data = program_data(ground_description(two, CITY, MODEL), CITY, MODEL)
+    tables = ENGINES[name].weigh(data, np.random.default_rng(0))
+    assert len(tables) == 2
+    for table in tables:
+        assert table.shape == (len(MODEL.components), CITY.grid.size)
+        assert table.dtype == np.float64
+        assert not np.isnan(table).any()
+    silent = np.logaddexp.reduce(tables[1], 0)
     assert np.ptp(silent) < 1e-9, "nothing was said, so no cell is likelier"
 
 

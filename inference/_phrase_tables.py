@@ -1,0 +1,277 @@
+"""The latents of one phrase: its frame, its lapse and those declared for it, given all others.
+
+Engines sum these out; they come back by running the program of that phrase alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference._enumeration import DRAW, enumerated_sites
+from sloop_ppl.inference.joint import LogTable, sum_product
+from sloop_ppl.models import (
+    Component,
+    FrameDistribution,
+    Program,
+    ProgramData,
+    RelationTerm,
+    program_data,
+)
+from sloop_ppl.models.grounding import Phrase
+from sloop_ppl.models.program import summed_phrase
+
+__all__ = ["FRAME_BINS", "PhraseLatents", "PhraseTables", "latents_of_phrases"]
+
+Table = NDArray[np.float64]
+
+FRAME_BINS = 72
+"""Angle bins of a frame in the joint posterior; the first is west, anticlockwise."""
+
+_ALONE = "phrase"
+
+
+@dataclass(frozen=True, eq=False)
+class PhraseTables:
+    """What one phrase says of the cells under each value of its own latents.
+
+    Parameters
+    ----------
+    data
+        What the description's program was run on.
+    relation
+        The grounded relation.
+    """
+
+    data: ProgramData
+    relation: RelationTerm
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Names of the latents that phrases of the description share."""
+        return tuple(latent.name for latent in self.data.shared)
+
+    @cached_property
+    def phrase(self) -> Phrase:
+        """The phrase under every value of the latents it depends on."""
+        return self.data.phrase(self.relation)
+
+    @cached_property
+    def log_phi(self) -> LogTable:
+        """Log of the phrase's factor, its own latents summed out, over shared latents and cell."""
+        with torch.no_grad():
+            table = summed_phrase(self.data, self.data.model.likelihood, self.relation).log_phi
+        return LogTable((*self.shared, "cell"), table)
+
+    @property
+    def log_phi_alone(self) -> Table:
+        """Log of the phrase's factor had it been all that was said, shape (S,)."""
+        with torch.no_grad():
+            alone = summed_phrase(self._alone, self._alone.model.likelihood, self.relation).log_phi
+        table: Table = alone.reshape(-1).numpy()
+        return table
+
+    @property
+    def frame(self) -> FrameDistribution | None:
+        """Prior of the frame that is the phrase's own; None when it has none or shares it.
+
+        Raises
+        ------
+        InputError
+            When it depends on another latent.
+        """
+        if self.phrase.frames is None or self.phrase.shared_fronts is not None:
+            return None
+        if len(set(self.phrase.frames)) > 1:
+            raise InputError(
+                f"The frame of '{self.relation.relation} {self.relation.ground}' is another one "
+                "under each value of another latent; ask for that latent first"
+            )
+        return self.phrase.frames[0]
+
+    def log_phi_given_frame(self, angles_rad: Table) -> LogTable:
+        """Return the log of the phrase's factor for some directions its ground may face.
+
+        Parameters
+        ----------
+        angles_rad
+            Radians, shape (B,).
+
+        Returns
+        -------
+        LogTable
+            Over ``"draw"`` (the angles), shared latents and cell; lapse and declared latents of
+            its own are summed out.
+        """
+        frame = self.frame
+        if frame is not None and frame.is_point:  # a site of its points, not of angles
+            points = np.array([part.mean_rad for part in frame.parts])
+            prior = torch.tensor([part.weight for part in frame.parts], dtype=torch.float64).log()
+            joint = self.log_joint(("frame",))
+            away = np.abs(np.angle(np.exp(1j * (angles_rad[:, None] - points)))).argmin(1)
+            rest = joint.values if joint.latents[0] == "frame" else joint.values[None]
+            given = rest - prior.reshape(-1, *(1,) * (rest.dim() - 1))
+            latents = tuple(name for name in joint.latents if name != "frame")
+            return LogTable(("draw", *latents), given[torch.from_numpy(away)])
+        angles = torch.from_numpy(np.ascontiguousarray(angles_rad))
+        program = Program(self._alone, "density")
+        return self._table(program, ("draw",), {f"{_ALONE}/frame_0": angles})
+
+    def log_joint(self, own: Sequence[str], bins: int = FRAME_BINS) -> LogTable:
+        """Return the log joint of latents of the phrase's own with its factor, priors included.
+
+        Parameters
+        ----------
+        own
+            ``"lapse"``, ``"frame"`` and names of declared latents, at least one.
+        bins
+            Angle bins of the frame.
+
+        Returns
+        -------
+        LogTable
+            Over `own`, shared latents and cell; summed over `own` it is `log_phi`.
+        """
+        if list(own) == ["lapse"]:  # no frame to look at: the closed form has all that is needed
+            log_phi = self.log_phi.values
+            level = math.log(self.data.model.lapse) + self.data.log_uninformative
+            lapsed = torch.full_like(log_phi, level)
+            meant = log_phi + torch.log1p(-(lapsed - log_phi).exp().clamp_max(1.0))
+            return LogTable(("lapse", *self.log_phi.latents), torch.stack([meant, lapsed]))
+        if self.phrase.shared_fronts is not None:
+            raise InputError(
+                f"'{self.relation.relation} {self.relation.ground}' shares its frame with other "
+                f"phrases, so its latents {', '.join(own)} cannot be told by themselves; use a "
+                "model without shared frames"
+            )
+        return self._table(Program(self._alone, "bins", bins), tuple(own), None)
+
+    @cached_property
+    def _alone(self) -> ProgramData:
+        """The program's data with this phrase alone, said literally and untempered."""
+        model = replace(
+            self.data.model,
+            components=(Component("literal"),),
+            shared_frames=False,
+            temper=0.0,
+            error_m=0.0,
+            informed_sigma_m=None,
+        )
+        return program_data({_ALONE: (self.relation,)}, self.data.city, model)
+
+    def log_prior(self, own: Sequence[str], bins: int = FRAME_BINS) -> LogTable:
+        """Return the log joint prior of latents of the phrase's own."""
+        return self._table(Program(self._alone, "bins", bins), tuple(own), None, prior=True)
+
+    def _table(
+        self,
+        program: Program,
+        keep: Sequence[str],
+        given: dict[str, Tensor] | None,
+        *,
+        prior: bool = False,
+    ) -> LogTable:
+        sites = {"lapse": f"{_ALONE}/lapse_0", "frame": f"{_ALONE}/frame_0", "draw": DRAW}
+        sites["cell"] = f"{_ALONE}/cell"
+        wanted = tuple(sites.get(name, name) for name in (*keep, *self.shared, "cell"))
+        left_out = {f"{_ALONE}/component", f"{_ALONE}/normaliser", sites["cell"], *self.shared}
+        left_out |= set(given or {}) | ({f"{_ALONE}/holds_0"} if prior else set())
+        with torch.no_grad():
+            tables = enumerated_sites(program, given, lambda name: name not in left_out)
+            found = sum_product(list(tables.values()), wanted)
+        names = {site: name for name, site in sites.items()}
+        return LogTable(tuple(names.get(n, n) for n in found.latents), found.values)
+
+
+@dataclass(frozen=True, eq=False)
+class PhraseLatents:
+    """The own latents of one phrase, by their names in the joint posterior.
+
+    Parameters
+    ----------
+    tables
+        The phrase.
+    reads
+        Per component, whether it takes the phrase as it was said.
+    names
+        ``"lapse"``, ``"frame"`` or a declared latent's name -> its name in the joint posterior.
+    others
+        Names in the joint posterior of ``"component"``, ``"cell"`` and the shared latents.
+    """
+
+    tables: PhraseTables
+    reads: tuple[bool, ...]
+    names: Mapping[str, str]
+    others: Mapping[str, str]
+
+    def support(self, name: str) -> Sequence[Any]:
+        """Return the values of the latent that has this name in the joint posterior."""
+        own = next(key for key, called in self.names.items() if called == name)
+        if own == "lapse":
+            return (False, True)
+        if own == "frame":
+            angles, _ = self.tables.phrase.bins(FRAME_BINS)
+            return tuple(map(float, angles.reshape(-1, angles.shape[-1])[0]))
+        return next(latent.support for latent in self.tables.phrase.own if latent.name == own)
+
+    def log_conditional(self, asked: Sequence[str]) -> LogTable:
+        """Return log p(asked | component, cell, shared latents), the axes of `asked` first.
+
+        Parameters
+        ----------
+        asked
+            Names in the joint posterior of some of its latents.
+        """
+        own = [key for key, name in self.names.items() if name in asked]
+        joint, prior = self.tables.log_joint(own), self.tables.log_prior(own)
+        rest = tuple(name for name in joint.latents if name not in own)
+        axes = (*own, *rest)
+        # A support of one value has an impossible twin in the program.
+        within = tuple(slice(0, len(self.support(self.names[name]))) for name in own)
+        log_p = joint.aligned(axes)[within]
+        log_p = log_p - torch.logsumexp(log_p, tuple(range(len(own))), keepdim=True)
+        unread = prior.aligned(axes)[within].expand(log_p.shape)
+        each = torch.stack([log_p if reads else unread for reads in self.reads], -1)
+        called = {**self.names, **self.others}
+        return LogTable((*(called[name] for name in axes), called["component"]), each)
+
+
+def latents_of_phrases(
+    data: ProgramData, target: str, first: int, name: Callable[[str], str]
+) -> tuple[PhraseLatents, ...]:
+    """Return the own latents of every phrase about a target.
+
+    Parameters
+    ----------
+    data
+        What the description's program was run on.
+    target
+        Id of the target.
+    first
+        How many relations of it came before this description.
+    name
+        Site of the description's program -> its name in the joint posterior.
+    """
+    i = data.targets.index(target)
+    others = {latent.name: name(latent.name) for latent in data.shared}
+    others |= {"component": name(f"{target}/component"), "cell": f"{target}/cell"}
+    found = []
+    for j, relation in enumerate(data.relations[i]):
+        tables = PhraseTables(data, relation)
+        names = {latent.name: name(latent.name) for latent in tables.phrase.own}
+        if data.model.lapse:
+            names["lapse"] = f"{target}/lapse_{first + j}"
+        if tables.phrase.frames is not None and tables.phrase.shared_fronts is None:
+            names["frame"] = f"{target}/frame_{first + j}"
+        reads = tuple(map(bool, data.reads[i][j]))
+        found.append(PhraseLatents(tables, reads, names, others))
+    return tuple(found)

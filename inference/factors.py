@@ -1,0 +1,215 @@
+"""From words to factors, and from factors to the joint posterior.
+
+Shape legend: S cells; K components; V values of each latent that phrases share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import DescriptionError, InputError
+from sloop_ppl.inference._phrase_tables import PhraseLatents, latents_of_phrases
+from sloop_ppl.inference.engines import Engine
+from sloop_ppl.inference.joint import JointPosterior, LogTable
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models import (
+    Preset,
+    ProgramData,
+    RelationTerm,
+    ground_description,
+    program_data,
+    true_places,
+)
+
+__all__ = ["DescriptionFactor", "check_description", "joint_posterior", "site_name", "weigh"]
+
+Table = NDArray[np.float64]
+
+_MOST_SETTINGS = 5184
+
+
+@dataclass(frozen=True, eq=False)
+class DescriptionFactor:
+    """What one description says of each target, weighed under a model.
+
+    Parameters
+    ----------
+    description
+        The description.
+    data
+        What its program was run on.
+    log_factors
+        Target -> log of component weight times likelihood, shape (V..., K, S); targets of which
+        nothing was said are left out.
+    """
+
+    description: Description
+    data: ProgramData
+    log_factors: Mapping[str, Table]
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the mixture's components, K of them."""
+        return tuple(part.name for part in self.data.model.components)
+
+    def relations(self, target: str) -> tuple[RelationTerm, ...]:
+        """Return the grounded relations of a target."""
+        return self.data.relations[self.data.targets.index(target)]
+
+
+def site_name(site: str, which: int) -> str:
+    """Return what a site of a description is called in the joint posterior of several.
+
+    Parameters
+    ----------
+    site
+        Name of the site in its program.
+    which
+        Position of the description.
+    """
+    return site if which == 0 else f"{site}[{which}]"
+
+
+def joint_posterior(
+    log_prior: Mapping[str, Table],
+    log_sensed: Mapping[str, Table],
+    factors: Sequence[DescriptionFactor],
+) -> JointPosterior:
+    """Return the joint posterior of what was said and sensed.
+
+    Parameters
+    ----------
+    log_prior
+        Target -> log prior over cells, shape (S,).
+    log_sensed
+        Target -> log likelihood of what was sensed, shape (S,).
+    factors
+        The descriptions.
+
+    Raises
+    ------
+    InputError
+        When the descriptions share so many frames that their joint settings cannot be enumerated.
+    """
+    tables: list[LogTable] = []
+    supports: dict[str, Sequence[object]] = {}
+    phrases: list[PhraseLatents] = []
+    settings = 1
+    for target, table in log_prior.items():
+        cell = f"{target}/cell"
+        tables.append(LogTable((cell,), torch.from_numpy(table + log_sensed[target])))
+        supports[cell] = range(len(table))
+    spoken = dict.fromkeys(log_prior, 0)
+    for which, factor in enumerate(factors):
+        shared = [site_name(latent.name, which) for latent in factor.data.shared]
+        for name, latent in zip(shared, factor.data.shared, strict=True):
+            tables.append(LogTable((name,), latent.log_prior))
+            supports[name] = latent.support
+            settings *= len(latent.support)
+        for target, table in factor.log_factors.items():
+            component = site_name(f"{target}/component", which)
+            names = (*shared, component, f"{target}/cell")
+            tables.append(LogTable(names, torch.from_numpy(table)))
+            supports[component] = factor.components
+            own = latents_of_phrases(
+                factor.data, target, spoken[target], partial(site_name, which=which)
+            )
+            phrases += own
+            spoken[target] += len(own)
+    if settings > _MOST_SETTINGS:
+        raise InputError(
+            f"The descriptions share frames with {settings} joint settings; at most "
+            f"{_MOST_SETTINGS} can be enumerated; use a model without shared frames"
+        )
+    return JointPosterior(tuple(tables), supports, tuple(phrases))
+
+
+def weigh(
+    description: Description,
+    city: CityMap,
+    model: Preset,
+    engine: Engine,
+    log_prior: Mapping[str, NDArray[np.float64]],
+    *,
+    truth: Mapping[str, tuple[float, float]] | None = None,
+    rng: np.random.Generator | None = None,
+) -> DescriptionFactor:
+    """Return what a description says of its targets.
+
+    Parameters
+    ----------
+    description
+        What was said.
+    city, model, engine
+        The map, the observation model and the engine.
+    log_prior
+        Target -> log prior over cells, shape (S,): where draws are worth making.
+    truth
+        Target -> true place in metres, for a model that is told it.
+    rng
+        Where an engine that draws does so.
+
+    Raises
+    ------
+    UnknownName
+        For an unknown relation or ground.
+    DescriptionError
+        When there is no target, or a relation is about no declared one.
+    InputError
+        For a missing truth, a description of another map, or an rng that is no generator.
+    """
+    check_description(description, city)
+    if rng is not None and not isinstance(rng, np.random.Generator):
+        raise InputError(
+            f"rng is a {type(rng).__name__}; expected a generator: numpy.random.default_rng(seed)"
+        )
+    grounded = ground_description(description, city, model)
+    cells = np.stack([log_prior[target] for target in grounded])
+    data = program_data(
+        grounded,
+        city,
+        model,
+        torch.from_numpy(cells),
+        truths=true_places(truth, tuple(grounded), model),
+    )
+    tables = engine.weigh(data, rng)
+    return DescriptionFactor(
+        description,
+        data,
+        {
+            t: table
+            for i, (t, table) in enumerate(zip(grounded, tables, strict=True))
+            if data.is_located(i)
+        },
+    )
+
+
+def check_description(description: Description, city: CityMap) -> None:
+    """Refuse a description without targets, of unknown ones, or of another map.
+
+    Raises
+    ------
+    DescriptionError, InputError
+        When it is one of these.
+    """
+    targets = tuple(target.id for target in description.targets)
+    if not targets:
+        raise DescriptionError("The description has no target; expected at least one")
+    if description.map and description.map != city.name:
+        raise InputError(
+            f"The description was read on map '{description.map}'; expected '{city.name}': the "
+            "same id is another landmark there"
+        )
+    for relation in description.relations:
+        if relation.figure not in targets:
+            raise DescriptionError(
+                f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "
+                f"of the description; expected one of {', '.join(targets)}"
+            )

@@ -1,0 +1,268 @@
+"""The joint posterior of all latents, as factors: what engines compute and posteriors answer from.
+
+Shape legend: S cells; K components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.errors import InputError, UnknownName
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["JointPosterior", "LogTable", "sum_product"]
+
+_MOST_NUMBERS = 1 << 28
+
+
+@dataclass(frozen=True, eq=False)
+class LogTable:
+    """A table of log weights with one named axis for each latent.
+
+    Parameters
+    ----------
+    latents
+        Names of the latents, one for each axis.
+    values
+        The log weights.
+    """
+
+    latents: tuple[str, ...]
+    values: Tensor
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Length of each latent's axis."""
+        return dict(zip(self.latents, self.values.shape, strict=True))
+
+    def aligned(self, latents: Sequence[str]) -> Tensor:
+        """Return the values with the axes of some latents, of length one where it has none."""
+        kept = [name for name in latents if name in self.latents]
+        table = self.values.permute([self.latents.index(name) for name in kept])
+        if len(kept) == len(latents):
+            return table
+        sizes = self.sizes
+        return table.reshape([sizes.get(name, 1) for name in latents])
+
+    def summed(self, name: str) -> LogTable:
+        """Return the table with one latent summed out."""
+        axis = self.latents.index(name)
+        rest = (*self.latents[:axis], *self.latents[axis + 1 :])
+        if self.values.shape[axis] == 1:
+            return LogTable(rest, self.values.squeeze(axis))
+        return LogTable(rest, torch.logsumexp(self.values, axis))
+
+
+def product_of(tables: Sequence[LogTable]) -> LogTable:
+    """Return the product of some tables: the sum of their log weights, axes matched by name."""
+    latents = tuple(dict.fromkeys(name for table in tables for name in table.latents))
+    total = reduce(torch.add, (table.aligned(latents) for table in tables))
+    return LogTable(latents, total)
+
+
+def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
+    """Sum all latents but some out of a product of tables.
+
+    Parameters
+    ----------
+    tables
+        The factors, at least one.
+    keep
+        Latents that stay.
+
+    Returns
+    -------
+    LogTable
+        With the axes of `keep` that occur, in that order.
+
+    Raises
+    ------
+    InputError
+        When an intermediate table would have more than 2^28 numbers.
+
+    Notes
+    -----
+    Bucket elimination, the latent whose bucket is smallest first. Factors are added before they
+    are exponentiated: Pyro's einsum multiplies exponentials shifted by each factor's own maximum,
+    which underflow where two descriptions contradict each other by more than 745 nats.
+    """
+    left = list(tables)
+    sizes = {name: size for table in tables for name, size in table.sizes.items()}
+    while others := {name for table in left for name in table.latents if name not in keep}:
+        costs = {name: _bucket_size(left, name, sizes) for name in others}
+        name = min(sorted(costs), key=lambda name: costs[name])
+        if costs[name] > _MOST_NUMBERS:
+            raise InputError(
+                f"Summing '{name}' out of the posterior would take a table of {costs[name]:.1e} "
+                "numbers; ask for fewer latents at once, or say less at a time"
+            )
+        bucket = [table for table in left if name in table.latents]
+        left = [table for table in left if name not in table.latents]
+        left.append(product_of(bucket).summed(name))
+    total = product_of(left)
+    order = tuple(name for name in keep if name in total.latents)
+    return LogTable(order, total.aligned(order))
+
+
+def _bucket_size(tables: Sequence[LogTable], name: str, sizes: Mapping[str, int]) -> int:
+    met = {latent for table in tables if name in table.latents for latent in table.latents}
+    size = 1
+    for latent in met:
+        size *= sizes[latent]
+    return size
+
+
+class LocalLatents(Protocol):
+    """Latents that depend on each other and, given latents of the factors, on nothing else."""
+
+    @property
+    def names(self) -> Mapping[str, str]:
+        """Their names in the joint posterior, as values."""
+
+    def support(self, name: str) -> Sequence[Any]:
+        """Return the values of one of them."""
+
+    def log_conditional(self, asked: Sequence[str]) -> LogTable:
+        """Return log p(asked | latents of the factors)."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointPosterior:
+    """The joint posterior of the latents of one or more descriptions.
+
+    Latents are called as the program's sites: ``T/cell``, ``T/component``, ``T/frame_j``,
+    ``T/lapse_j``, ``frame/G`` and declared ones; of the d-th later description with ``[d]``
+    behind the name, its relations counted on from those before.
+
+    Parameters
+    ----------
+    factors
+        The factors whose product is the posterior, up to a constant.
+    supports
+        Latent of the factors -> its values, in the order of its axis; whole numbers for cells.
+    local
+        Latents of one phrase each, which the factors have summed out; they come back, given the
+        others, when they are asked for.
+    """
+
+    factors: tuple[LogTable, ...]
+    supports: Mapping[str, Sequence[Any]]
+    local: tuple[LocalLatents, ...] = ()
+    _kept: dict[tuple[str, ...], LogTable] = field(default_factory=dict, repr=False)
+
+    @property
+    def latents(self) -> tuple[str, ...]:
+        """Names of all latents."""
+        return (*self.supports, *(name for each in self.local for name in each.names.values()))
+
+    def support(self, latent: str) -> Sequence[Any]:
+        """Return the values of a latent, in the order of its axis.
+
+        Raises
+        ------
+        UnknownName
+            When there is no such latent.
+        """
+        if latent in self.supports:
+            return self.supports[latent]
+        for each in self.local:
+            if latent in each.names.values():
+                return each.support(latent)
+        raise UnknownName("latent", latent, self.latents)
+
+    @property
+    def log_evidence(self) -> float:
+        """Log of the sum of the product of the factors."""
+        kept = next(iter(self._kept.values()), None)  # any marginal sums to it
+        if kept is not None and all(n == len(self.support(v)) for v, n in kept.sizes.items()):
+            return float(torch.logsumexp(kept.values.reshape(-1), 0))
+        return float(self._log_table(()).values)
+
+    def log_weights(self, *latents: str) -> NDArray[np.float64]:
+        """Return the log weights of some latents, all others summed out, one axis for each.
+
+        Their log-sum is `log_evidence`.
+
+        Raises
+        ------
+        UnknownName
+            When there is no such latent.
+        """
+        shape = [len(self.support(name)) for name in latents]
+        table = self._log_table(latents)
+        # A latent that no factor has left is as likely everywhere.
+        found: NDArray[np.float64] = table.aligned(latents).expand(shape).numpy()
+        return found
+
+    def probabilities(
+        self, *latents: str, given: Mapping[str, Any] | None = None
+    ) -> NDArray[np.float64]:
+        """Return the joint probability of some latents, one axis for each, summing to one.
+
+        Parameters
+        ----------
+        *latents
+            Names; one gives its marginal, several their joint.
+        given
+            Latent -> value that it is known to have.
+
+        Raises
+        ------
+        UnknownName
+            When there is no such latent or value.
+        InputError
+            When what is given is impossible.
+        """
+        known = dict(given or {})
+        for name in latents:
+            if name in known or latents.count(name) > 1:
+                raise InputError(
+                    f"Latent '{name}' is asked for twice, or both asked for and given; expected "
+                    "each once"
+                )
+        log_p = self.log_weights(*latents, *known)
+        position: tuple[Any, ...] = tuple(self._position(n, v) for n, v in known.items())
+        log_p = log_p[(..., *position)]
+        top = log_p.max()
+        if not np.isfinite(top):
+            raise InputError(f"What is given is impossible: {known}")
+        weights = np.exp(log_p - top)
+        normalised: NDArray[np.float64] = weights / weights.sum()
+        return normalised
+
+    def table(self, *latents: str, given: Mapping[str, Any] | None = None) -> xarray.DataArray:
+        """Return what `probabilities` does as a labelled array: dims are the latents' names."""
+        import xarray
+
+        return xarray.DataArray(
+            self.probabilities(*latents, given=given),
+            dims=latents,
+            coords={name: list(self.support(name)) for name in latents},
+            name="p",
+        )
+
+    def _position(self, name: str, value: Any) -> int:
+        support = list(self.support(name))
+        if value not in support:
+            raise UnknownName(f"value of {name}", str(value), [str(v) for v in support[:20]])
+        return support.index(value)
+
+    def _log_table(self, latents: tuple[str, ...]) -> LogTable:
+        if latents not in self._kept:
+            asked = []
+            for local in self.local:
+                own = [name for name in latents if name in local.names.values()]
+                asked += [local.log_conditional(own)] if own else []
+            with torch.no_grad():
+                self._kept[latents] = sum_product([*self.factors, *asked], latents)
+        return self._kept[latents]

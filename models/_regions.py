@@ -1,0 +1,357 @@
+"""What a relation measures from, as shapes on the map, and how far each cell is from it."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from sloop_ppl.language import WHOLE_MAP
+from sloop_ppl.maps import CityMap, Grid, LandmarkFields
+from sloop_ppl.maps.city import FIELDS
+from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
+from sloop_ppl.maps.landmark import PATH_KINDS
+from sloop_ppl.maps.rasterise import touched_cells
+
+__all__ = [
+    "MAP_CLASS",
+    "REFERENCE_CELL_M",
+    "Sense",
+    "across_region",
+    "along_region",
+    "between_region",
+    "distance_from",
+    "ground_distance_m",
+    "is_map",
+    "map_region",
+    "meeting_point",
+    "sense_of",
+    "shape_fields",
+]
+
+BESIDE_M = 5.0
+"""How far from a street's edge, or from a wall, one still is along it, metres."""
+
+OPPOSITE_M = 15.0
+"""How deep the other side of a street is, metres."""
+
+SIDE_SHARE = 0.4
+"""Share of the map's width or height that one of its sides takes."""
+
+_LEAST_WIDTH_M = 5.0
+_SIDES: dict[str, tuple[int, int]] = {
+    "north": (0, 1),
+    "south": (0, -1),
+    "east": (1, 0),
+    "west": (-1, 0),
+    "northeast": (1, 1),
+    "northwest": (-1, 1),
+    "southeast": (1, -1),
+    "southwest": (-1, -1),
+}
+
+
+MAP_CLASS = {"left": "west", "right": "east", "front": "north", "behind": "south"}
+"""Frame words said of the map -> the class they mean: its front is north."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sense:
+    """What a relation measures from.
+
+    Parameters
+    ----------
+    shape : distance is that to the cells it touches, direction that from its centroid, metres.
+    grounds : when given, distance is that to the farthest of these grounds instead: a place is as
+        near to a corner as it is to the street that is farther away.
+    """
+
+    shape: BaseGeometry
+    grounds: tuple[str, ...] = ()
+
+
+def is_map(city: CityMap, ground: str) -> bool:
+    """Tell whether a ground is the map itself."""
+    return ground == WHOLE_MAP and ground not in city
+
+
+def sense_of(
+    relation: str, relation_class: str, grounds: tuple[str, ...], city: CityMap, joint: bool
+) -> Sense | None:
+    """Return what a relation measures from; None when it is simply its one ground.
+
+    Parameters
+    ----------
+    relation, relation_class : the canonical word and its class.
+    grounds : ids, distinct.
+    city : the map.
+    joint : True to give between, across, along and several grounds their own meaning; the map as
+        a ground always has its own.
+
+    Notes
+    -----
+    Source: ours. The paper and its code read a relation to several grounds as one to each, and
+    across and along as near.
+    """
+    if is_map(city, grounds[0]):
+        return Sense(map_region(city.grid, relation, relation_class))
+    if not joint:
+        return None
+    key = f"sense of {relation} {relation_class} {' '.join(grounds)}"
+    return city.derived(key, lambda: _joint_sense(relation, relation_class, grounds, city))
+
+
+def _joint_sense(
+    relation: str, relation_class: str, grounds: tuple[str, ...], city: CityMap
+) -> Sense | None:
+    if relation_class == "across":
+        return _across(grounds, city)
+    if len(grounds) == 1:
+        return _along(grounds[0], city) if relation == "along" else None
+    shapes = [city.footprint(ground) for ground in grounds]
+    if relation_class == "between":
+        return Sense(between_region(shapes))
+    lines = [city.landmark(ground).geometry for ground in grounds]
+    crossing = all("LineString" in line.geom_type for line in lines)
+    return Sense(meeting_point(lines if crossing else shapes), grounds)
+
+
+def _along(ground: str, city: CityMap) -> Sense:
+    landmark = city.landmark(ground)
+    is_line = "LineString" in landmark.geometry.geom_type
+    shape = landmark.geometry if is_line else city.footprint(ground)
+    return Sense(along_region(shape, landmark.width_m, is_line))
+
+
+def _across(grounds: tuple[str, ...], city: CityMap) -> Sense | None:
+    streets = [g for g in grounds if city.landmark(g).kind in PATH_KINDS]
+    others = [g for g in grounds if g not in streets]
+    street = streets[0] if streets and others else None
+    region = across_region(city, (others or streets)[0], street)
+    return None if region is None else Sense(region)
+
+
+def between_region(shapes: Sequence[BaseGeometry]) -> BaseGeometry:
+    """Return the region between two or more shapes: the hull of the parts that face each other.
+
+    Parameters
+    ----------
+    shapes : footprints of the grounds, at least two, metres.
+
+    Returns
+    -------
+    shapely geometry
+        The segment between two points; the block between two parallel streets; the crossing of
+        two streets that meet. What the grounds themselves cover is left out, unless nothing else
+        would be left.
+
+    Notes
+    -----
+    Of each ground only the part counts that is about as near to the others as it gets: within
+    1.5 times its distance from them, and at least 10 m more.
+    """
+    facing = []
+    for i, shape in enumerate(shapes):
+        others = shapely.union_all([other for k, other in enumerate(shapes) if k != i])
+        gap = shapely.distance(shape, others)
+        part = shapely.intersection(shape, others.buffer(gap + max(10.0, 0.5 * gap)))
+        facing.append(shape if part.is_empty else part)
+    hull = shapely.convex_hull(shapely.union_all(facing))
+    free = shapely.difference(hull, shapely.union_all(list(shapes)))
+    return hull if free.is_empty else free
+
+
+def meeting_point(shapes: Sequence[BaseGeometry]) -> BaseGeometry:
+    """Return the point where shapes meet, or half way between the nearest parts of each two."""
+    points = []
+    for one, other in itertools.combinations(shapes, 2):
+        common = shapely.intersection(one, other)
+        if common.is_empty:
+            common = shapely.shortest_line(one, other)
+        points.append(common.centroid)
+    return shapely.multipoints(points).centroid
+
+
+def along_region(shape: BaseGeometry, width_m: float | None, is_line: bool) -> BaseGeometry:
+    """Return what lies along a street, its verges included, or along the walls of an area.
+
+    Parameters
+    ----------
+    shape : line, or footprint of something else, metres.
+    width_m : width of a line, metres; what is narrower than 5 m on a drawing counts as 5 m.
+    is_line : tell a street from an area.
+    """
+    if is_line:
+        return shape.buffer(max(width_m or 0.0, _LEAST_WIDTH_M) / 2 + BESIDE_M)
+    return shape.boundary.buffer(BESIDE_M) if shape.area else shape.buffer(BESIDE_M)
+
+
+def across_region(city: CityMap, ground: str, street: str | None = None) -> BaseGeometry | None:
+    """Return what lies across from a ground.
+
+    Parameters
+    ----------
+    city : the map.
+    ground : id of what one is across from.
+    street : id of the street one crosses; the one the ground fronts when None.
+
+    Returns
+    -------
+    shapely geometry or None
+        Either side of a ground that is a street itself; else the ground's mirror image on the
+        other side of the street, cut to 15 m behind the mirrored wall; None when the map has no
+        street.
+    """
+    landmark = city.landmark(ground)
+    if landmark.kind in PATH_KINDS and street is None:
+        half = max(landmark.width_m or 0.0, _LEAST_WIDTH_M) / 2
+        band = landmark.geometry.buffer(half + OPPOSITE_M)
+        return shapely.difference(band, landmark.geometry.buffer(half))
+    if street is None:
+        facing = city.frontage(ground).best
+        crossed = facing.street if facing else None
+    else:
+        crossed = city.landmark(street)
+    if crossed is None or crossed.id == ground:
+        return None
+    shape = city.footprint(ground)
+    wall, foot = shapely.get_coordinates(shapely.shortest_line(shape, crossed.geometry))
+    gap = math.dist(wall, foot)
+    if gap < 1e-6:  # it touches the street: across is away from its middle
+        wall = np.array(city.centroid(ground))
+        if math.dist(wall, foot) < 1e-6:
+            return None
+    over = (foot - wall) / math.dist(wall, foot)
+    mirrored = shapely.transform(
+        shape, lambda points: points - 2 * ((points - foot) @ over)[:, None] * over
+    )
+    return _strip(mirrored, foot, over, gap + OPPOSITE_M)
+
+
+def map_region(grid: Grid, relation: str, relation_class: str) -> BaseGeometry:
+    """Return the part of a map that a relation to the map itself means.
+
+    Parameters
+    ----------
+    grid : the map's cells.
+    relation : what was said, such as ``"middle"``.
+    relation_class : its class; a compass class is a side or corner of the map.
+
+    Returns
+    -------
+    shapely geometry
+        The outer two fifths on that side, the middle two fifths, or all of the map's cells.
+    """
+    west, south, east, north = grid.cells_extent_m
+    if relation_class not in _SIDES and relation != "middle":
+        return shapely.box(west, south, east, north)
+    along_x, along_y = _SIDES.get(relation_class, (0, 0))
+    middle = relation == "middle"
+    x0, x1 = _part(west, east, along_x, middle)
+    y0, y1 = _part(south, north, along_y, middle)
+    return shapely.box(x0, y0, x1, y1)
+
+
+def _part(low: float, high: float, side: int, middle: bool) -> tuple[float, float]:
+    size = (high - low) * SIDE_SHARE
+    if side:
+        return (high - size, high) if side > 0 else (low, low + size)
+    return ((low + high - size) / 2, (low + high + size) / 2) if middle else (low, high)
+
+
+def _strip(
+    shape: BaseGeometry, foot: NDArray[np.float64], over: NDArray[np.float64], depth_m: float
+) -> BaseGeometry:
+    """Return what of a shape lies beyond a line by at most a depth."""
+    along = np.array([-over[1], over[0]]) * 1e4
+    near, far = foot, foot + over * depth_m
+    band = shapely.polygons([near - along, near + along, far + along, far - along])
+    part = shapely.intersection(shape, band)
+    return shape if part.is_empty else part
+
+
+REFERENCE_CELL_M = 5.0
+"""Side of the cells that the paper's widths were set on, metres."""
+
+
+def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
+    """Return the distance from each cell's centre to the nearest cell of a ground, shape (H, W).
+
+    Parameters
+    ----------
+    city : the map.
+    ground : id of the landmark.
+    """
+    return distance_from(city.grid, lambda grid: _on(city, grid).fields(ground))
+
+
+def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
+    """Return distance and bearing of every cell as seen from a shape, kept as landmarks' are.
+
+    Parameters
+    ----------
+    shape : shapely geometry, metres; it takes the cells it touches.
+    grid : the cells.
+    """
+    west, south, east, north = shape.bounds
+    centre = shape.centroid
+    return FIELDS.get(
+        (grid, hashlib.sha256(shape.wkb).hexdigest()),
+        lambda: landmark_fields(
+            grid,
+            touched_cells(grid, shape),
+            (float(centre.x), float(centre.y)),
+            max(east - west, north - south),
+        ),
+        cost_bytes=grid.size * BYTES_PER_CELL,
+    )
+
+
+def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> NDArray[np.float64]:
+    """Return the distance from each cell's centre to the nearest cell of a thing, shape (H, W).
+
+    Parameters
+    ----------
+    grid : the cells.
+    fields_on : returns the fields of the thing on a grid.
+
+    Notes
+    -----
+    Source: the published code measures from the ground's nearest cell, on cells of 5 m. A ground
+    touches less on smaller cells, which would move every belief, so on a grid finer than 5 m the
+    distance is still measured to the ground's 5 m cells; it is then not 0 all over the ground,
+    and it is kept as the fields are.
+    """
+    if grid.cell_m >= REFERENCE_CELL_M:
+        return fields_on(grid).distance_m
+    coarse = fields_on(replace(grid, cell_m=REFERENCE_CELL_M))
+    key = ("distance", grid, hashlib.sha256(coarse.cells.tobytes()).hexdigest())
+    return FIELDS.get(key, lambda: _distance_to(coarse, grid), cost_bytes=8 * grid.size)
+
+
+def _distance_to(coarse: LandmarkFields, grid: Grid) -> NDArray[np.float64]:
+    """Return the distance from the cells of a fine grid to the nearest cell of a coarse one."""
+    rows, cols = coarse.nearest
+    x, y = coarse.grid.x_m, coarse.grid.y_m
+    row = np.clip(((grid.y_m - y[0]) / REFERENCE_CELL_M).round().astype(int), 0, len(y) - 1)
+    col = np.clip(((grid.x_m - x[0]) / REFERENCE_CELL_M).round().astype(int), 0, len(x) - 1)
+    best = np.full(grid.shape, np.inf)
+    # The nearest of the cells that are nearest to the coarse cells around a point is the point's.
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            near = np.ix_(np.clip(row + down, 0, len(y) - 1), np.clip(col + right, 0, len(x) - 1))
+            north = grid.y_m[:, None] - y[rows[near]]
+            east = grid.x_m[None, :] - x[cols[near]]
+            np.minimum(best, np.hypot(north, east), out=best)
+    return best
+
+
+def _on(city: CityMap, grid: Grid) -> CityMap:
+    return city if grid == city.grid else city.with_grid(grid)

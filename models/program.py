@@ -1,0 +1,626 @@
+"""The generative model of a description: one Pyro program, run by every engine.
+
+Shape legend: S cells; K components; V values of each latent that phrases share; U values of each
+latent of one phrase alone; B fronts of a ground. Tables are laid out (K, V..., U..., B, S), with
+an axis of length one for what does not matter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
+
+import numpy as np
+import pyro
+import pyro.distributions as dist
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sloop_ppl.errors import InputError, ProgramError, SloopError, UnknownName
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap
+from sloop_ppl.models._distributions import FrameDensity, LogBernoulli, categorical
+from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, log_blur, look_up
+from sloop_ppl.models._speaker import WordWeights, front_masses
+from sloop_ppl.models.components import COMBINATIONS, cut_below_uniform
+from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounding import (
+    Phrase,
+    ProgramData,
+    ground_description,
+    program_data,
+    true_places,
+)
+from sloop_ppl.models.likelihoods import (
+    ClosedFormMarginal,
+    RelationLikelihood,
+    marginal_over,
+    parameters_of,
+    with_values,
+)
+from sloop_ppl.models.presets import Preset, preset
+from sloop_ppl.models.terms import RelationTerm, word_options
+from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+
+__all__ = ["Frames", "Program", "build", "generative_model"]
+
+Frames = Literal["bins", "density", "summed"]
+"""How frames are drawn: Categorical over angle bins, from their density, or summed out."""
+
+T = TypeVar("T")
+
+_ONE = torch.ones(())
+_MOST_DIMS = 24
+
+
+def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
+    """Draw where targets are and how each phrase was meant; observe that what was said holds.
+
+    For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
+    lapse l_j ~ Bernoulli(lambda), frame psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) +
+    eps Uniform, and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j = 1 / S in a lapse and else
+    g(s | r_j, psi_j) / sum_s E_psi[g]. Per component of n phrases a composite likelihood,
+    (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
+    """
+    model, cells = data.model, {}
+    numbers = {name: draw_number(name, prior) for name, prior in data.number_priors.items()}
+    likelihood = with_values(model.likelihood, numbers)
+    shared = [pyro.sample(v.name, categorical(v.log_prior)) for v in data.shared]
+    for i, target in plate(data, frames, "targets", data.targets):
+        component = pyro.sample(f"{target}/component", categorical(data.log_weight[i]))
+        cells[target] = cell = pyro.sample(f"{target}/cell", categorical(data.log_prior[i]))
+        log_phi = []
+        for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
+            phrase, log_z, log_expected_phi = summed_phrase(data, likelihood, relation)
+            log_phi.append(log_expected_phi)
+            if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
+                log_holds = look_up(log_expected_phi, (*shared, cell))
+            else:
+                own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
+                front = draw_front(f"{target}/frame_{j}", phrase, [*shared, *own], frames, bins)
+                log_g = phrase.over_meanings(
+                    lambda meant, angles: likelihood.log_g(meant, meant.directions(angles)),
+                    front.angles,
+                )
+                if model.normalisation == "speaker":  # P(word) among what could have been said
+                    log_g = log_g - phrase.over_meanings(
+                        lambda meant, angles: log_vocabulary(likelihood, meant, angles),
+                        front.angles,
+                    )
+                log_p = phrase.on_shared_axis(log_asserted(log_g, relation) - log_z[..., None, :])
+                log_holds = look_up(log_p, (*shared, *own, front.which, cell))
+                if model.lapse:
+                    lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
+                    log_holds = torch.where(lapse > 0, data.log_uninformative, log_holds)
+            if not data.reads[i][j].all():
+                log_holds = torch.where(look_up(data.reads[i][j], (component,)), log_holds, 0.0)
+            pyro.sample(f"{target}/holds_{j}", LogBernoulli(log_holds), obs=_ONE)
+        if not data.is_located(i):
+            continue
+        # log l = sum_j log E[phi_j] of each component; `together`: what is no product of these.
+        log_l, together = component_tables(data, likelihood, i, log_phi)
+        at = (component, *shared, cell)
+        if together is not None:
+            pyro.sample(f"{target}/together", LogBernoulli(look_up(together, at)), obs=_ONE)
+        log_p = log_l
+        if model.temper:
+            log_p = log_l * data.n_phrases[i] ** -double(model.temper)
+            pyro.factor(f"{target}/temper", look_up(log_p - log_l, at))
+        if model.normalisation == "map":  # each component a distribution over a uniform map
+            log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
+            pyro.factor(f"{target}/normaliser", -look_up(log_z, (component,)))
+            log_p = log_p - log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
+        if any(part.cut for part in model.components):
+            log_cut = torch.where(data.cuts, cut_below_uniform(log_p), log_p)
+            pyro.factor(f"{target}/cut", look_up(log_cut - log_p, at))
+            log_p = log_cut
+        if model.error_m:
+            log_moved = log_blur(log_p, data.city.grid, model.error_m)
+            pyro.factor(f"{target}/shared_error", look_up(log_moved - log_p, at))
+    return cells
+
+
+def plate(
+    data: ProgramData, frames: Frames, name: str, items: Sequence[T]
+) -> Iterable[tuple[int, T]]:
+    """Enumerate items whose sites do not depend on each other: a plate that is a loop.
+
+    Enumeration takes a dim of every tensor for each site, of which torch has 64; where sites are
+    many, those of one item lie along the dims of another's (`pyro.markov`). `poutine.do` of an
+    enumerated program works in plates only.
+    """
+    sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
+    if sites + len(data.model.latents) > _MOST_DIMS:
+        indices: Iterable[int] = pyro.markov(range(len(items)), history=0)
+        return ((i, items[i]) for i in indices)
+    if frames != "bins" or not items:  # Pyro's automatic guides take no plates that are loops
+        return enumerate(items)
+    return ((int(i), items[int(i)]) for i in pyro.plate(name, len(items)))
+
+
+def draw_number(name: str, prior: Any) -> Tensor:
+    """Draw a number of the likelihood at a site of its name.
+
+    Raises
+    ------
+    InputError
+        When several are drawn at once, as in a plate: the likelihood's tables take one.
+    """
+    drawn: Tensor = pyro.sample(name, prior)
+    if drawn.numel() > 1:
+        raise InputError(
+            f"Number '{name}' of the likelihood is drawn {drawn.numel()} times at once; expected "
+            "one draw a run, such as Predictive(parallel=False)"
+        )
+    return drawn.reshape(())
+
+
+class Front(NamedTuple):
+    """The fronts of a phrase's ground, one row for each of its meanings, and which was drawn."""
+
+    angles: Sequence[Any]
+    which: Tensor
+
+
+def draw_front(
+    name: str, phrase: Phrase, latents: list[Tensor], frames: Frames, bins: int
+) -> Front:
+    """Draw the front that a phrase depends on at a site of this name, if it depends on one.
+
+    Parameters
+    ----------
+    name
+        Name of the site, ``T/frame_j``; in bins the angle itself is the deterministic site
+        ``T/angle_j``.
+    phrase
+        The phrase.
+    latents
+        Values of the latents that its tables have axes for.
+    frames
+        From bins or from the density.
+    bins
+        Number of bins.
+
+    Raises
+    ------
+    InputError
+        When the density depends on another latent.
+    """
+    nothing = torch.tensor(0)
+    if phrase.frames is None:
+        return Front([None] * len(phrase.meant), nothing)
+    if phrase.shared_fronts is not None:
+        return Front([phrase.shared_fronts] * len(phrase.meant), nothing)
+    if frames == "bins" or all(frame.is_point for frame in phrase.frames):
+        angles, log_mass = phrase.bins(bins)
+        chosen = [v * 0 if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
+        masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
+        index = pyro.sample(name, categorical(masses))
+        pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
+        return Front(list(angles.reshape(len(phrase.meant), -1)), index)
+    if len(set(phrase.frames)) > 1:
+        raise InputError(
+            f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' depends on "
+            "another latent, so it has no density of its own; use frames='bins'"
+        )
+    angle = pyro.sample(name, FrameDensity(phrase.frames[0]))
+    index = torch.arange(angle.numel()).reshape(angle.shape)
+    return Front([angle.reshape(-1)] * len(phrase.meant), index)
+
+
+class SummedPhrase(NamedTuple):
+    """A phrase with its own latents summed out.
+
+    Parameters
+    ----------
+    phrase
+        The phrase.
+    log_z
+        Log of the sum over the map of E_psi[g], shape (V..., U..., 1); 0 where it is not divided.
+    log_phi
+        Log of E[phi] over frame, lapse and own latents, shape (V..., S).
+    """
+
+    phrase: Phrase
+    log_z: Tensor
+    log_phi: Tensor
+
+
+def summed_phrase(
+    data: ProgramData, likelihood: RelationLikelihood, relation: RelationTerm
+) -> SummedPhrase:
+    """Return a phrase with frame, lapse and the latents of its own summed out; made once.
+
+    Notes
+    -----
+    This is the exact engine's one optimisation: E_psi[g] is the likelihood's closed form,
+    ``log_marginal``, where it has one, else a sum over 1440 directions.
+    """
+    key = relation.meaning
+    if key in data.tables:
+        kept: SummedPhrase = data.tables[key]
+        return kept
+    model, phrase = data.model, data.phrase(relation)
+    log_g = phrase.over_meanings(
+        lambda meant, frame: log_expected(data, likelihood, meant, frame), phrase.frames
+    )
+    log_g = log_asserted(log_g, relation)[..., 0, :]
+    log_z = log_g.new_zeros(1)
+    if model.normalisation == "map":
+        log_z = torch.logsumexp(log_g, -1, keepdim=True)
+    log_p = log_g - log_z
+    fronts = phrase.shared_fronts
+    if fronts is not None:
+        given = phrase.over_meanings(
+            lambda meant, _: likelihood.log_g(meant, meant.directions(fronts))
+        )
+        if model.normalisation == "speaker":
+            given = given - phrase.over_meanings(
+                lambda meant, _: log_vocabulary(likelihood, meant, fronts)
+            )
+        log_p = log_asserted(given, relation) - log_z[..., None, :]
+        log_p = phrase.on_shared_axis(log_p)[..., 0, :]
+    for latent in reversed(phrase.own):  # their axes are the last before the cells
+        log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
+    found = SummedPhrase(phrase, log_z, with_lapse(log_p, model, data.log_uninformative))
+    if not data.number_priors:
+        data.tables[key] = found
+    return found
+
+
+def log_expected(
+    data: ProgramData,
+    likelihood: RelationLikelihood,
+    meant: RelationTerm,
+    frame: FrameDistribution | None,
+) -> Tensor:
+    """Return log E_psi[g], or of the word's probability, over the frame's prior, shape (1, S)."""
+    if frame is None:
+        return likelihood.log_g(meant, meant.directions(None)).reshape(1, -1)
+    if data.model.normalisation == "speaker":
+        fronts, log_mass = front_masses(frame, _SPEAKER_BINS)
+        log_p = likelihood.log_g(meant, meant.directions(fronts))
+        log_p = log_p - log_vocabulary(likelihood, meant, fronts)
+        return torch.logsumexp(log_p + log_mass, 0, keepdim=True)
+    if isinstance(likelihood, ClosedFormMarginal):
+        return likelihood.log_marginal(meant, frame)[None]
+    log_mean: Tensor = marginal_over(
+        frame, meant.offset_rad, lambda angles: likelihood.log_g(meant, angles)
+    )
+    return log_mean[None]
+
+
+_SPEAKER_BINS = 360
+
+
+def component_tables(
+    data: ProgramData, likelihood: RelationLikelihood, i: int, log_phi: list[Tensor]
+) -> tuple[Tensor, Tensor | None]:
+    """Return the log likelihood of each component before tempering, and what is one factor of it.
+
+    Parameters
+    ----------
+    data
+        The program's data.
+    likelihood
+        How true a relation is of each cell.
+    i
+        Position of the target.
+    log_phi
+        Each phrase with its own latents summed out, shape (V..., S).
+
+    Returns
+    -------
+    tuple of Tensor
+        Shape (K, V..., S): all of it, and the part of components that are no plain product of
+        phrases (the paper's sums over landmarks; keyword; informed); None when there is none.
+    """
+
+    def phrase(relation: RelationTerm) -> Tensor:
+        return summed_phrase(data, likelihood, relation).log_phi
+
+    nothing = torch.zeros((1,) * (len(data.shared) + 1), dtype=torch.float64)
+    products, others = [], []
+    for k, part in enumerate(data.model.components):
+        read = part.terms_it_reads(data.relations[i])
+        product = other = nothing
+        if data.truths is not None:
+            other = log_informed(data, i)
+        elif part.is_literal:
+            for j, table in enumerate(log_phi):
+                product = product + table if bool(data.reads[i][j][k]) else product
+        elif read:
+            other = COMBINATIONS[part.combine](read, phrase).sum(0)
+        products.append(product)
+        others.append(other)
+    log_l = torch.stack(torch.broadcast_tensors(*products, *others)[: len(products)])
+    if all(other is nothing for other in others):
+        return log_l, None
+    together = torch.stack(torch.broadcast_tensors(*others))
+    return log_l + together, together
+
+
+def log_informed(data: ProgramData, i: int) -> Tensor:
+    """Return the log of a Gaussian around the true place, for a model that is told it, (S,)."""
+    grid, (x, y) = data.city.grid, (data.truths or ())[i]
+    grid.cell_at(x, y)  # raises for a place outside the map
+    squared = (grid.x_m[None, :] - x) ** 2 + (grid.y_m[:, None] - y) ** 2
+    sigma_m = data.model.informed_sigma_m or 0.0
+    return torch.from_numpy(-squared.reshape(-1) / (2 * sigma_m**2))
+
+
+def word_weights(
+    likelihood: RelationLikelihood,
+    options: Sequence[RelationTerm],
+    fronts_rad: Tensor | NDArray[np.float64],
+) -> WordWeights:
+    """Return how true each of some words is for each front, at every cell of the relations.
+
+    Parameters
+    ----------
+    likelihood
+        How true a relation is of each cell.
+    options
+        What could have been said; see `sloop_ppl.models.terms.word_options`.
+    fronts_rad
+        Directions the ground may face, radians, shape (B,).
+
+    Notes
+    -----
+    P(word | front, cell) is the softmax of log g over words: a speaker prefers what is truest.
+    """
+    fronts = torch.as_tensor(fronts_rad)
+    tables = [likelihood.log_g(option, option.directions(fronts)) for option in options]
+    needs = [option.needs_frame for option in options]
+    plain = [t.reshape(-1, t.shape[-1])[0] for t, n in zip(tables, needs, strict=True) if not n]
+    framed = [t for t, n in zip(tables, needs, strict=True) if n]
+    return WordWeights.of(needs, plain, framed, len(fronts))
+
+
+def log_words(
+    options: Sequence[RelationTerm],
+    model: Preset,
+    words: NDArray[np.intp],
+    denied: NDArray[np.bool_],
+    *,
+    fronts: int = 72,
+) -> Tensor:
+    """Return the log probability of one phrase about each cell of a ground, shape (S,).
+
+    Parameters
+    ----------
+    options : all that could have been said of the ground, as terms of S cells; see
+        :func:`sloop_ppl.models.terms.word_options`.
+    model : a model with ``"speaker"`` normalisation; its lapse is left out. Numbers of its
+        likelihood and the concentration of its frames may be tensors of shape (S,).
+    words : index among the options of the word said of each cell, shape (S,).
+    denied : whether it was denied, shape (S,).
+    fronts : angles that stand for the frame, which is summed out: 72 are exact to rounding for a
+        smooth likelihood and to some .005 in the log for one with a kink.
+
+    Notes
+    -----
+    The phrase factor at many known cells at once, which is what learning from them takes.
+    """
+    front = options[SPEAKER_WORDS.index("front")]
+    angles, log_mass = front_masses(model.frame_prior(front), fronts)
+    log_p = word_weights(model.likelihood, options, angles).log_chances(words)
+    if denied.any():
+        other = log1mexp(log_p).clamp_min(LEAST_LOG)
+        log_p = torch.where(torch.from_numpy(denied), other, log_p)
+    return torch.logsumexp(log_p + log_mass, 0)
+
+
+def log_vocabulary(
+    likelihood: RelationLikelihood, relation: RelationTerm, fronts_rad: Tensor
+) -> Tensor:
+    """Return the log of the sum of g over all that could have been said instead, shape (B, S)."""
+    options, _ = word_options(relation)
+    return word_weights(likelihood, options, fronts_rad).log_total
+
+
+def log_asserted(log_g: Tensor, relation: RelationTerm) -> Tensor:
+    """Return log(1 - g) of a denied relation, at least that of 1e-300, else log g.
+
+    The floor keeps a cell on the ground of "not on Main Street" from turning sums into NaN.
+    """
+    return log1mexp(log_g).clamp_min(LEAST_LOG) if relation.negated else log_g
+
+
+def with_lapse(log_p: Tensor, model: Preset, log_uninformative: float) -> Tensor:
+    """Return log[(1 - lapse) p + lapse u], a phrase that may say nothing."""
+    if not model.lapse:
+        return log_p
+    lapse = double(model.lapse)  # a tensor while it is learnt
+    return torch.logaddexp(log_p + torch.log1p(-lapse), lapse.log() + log_uninformative)
+
+
+def double(number: Any) -> Tensor:
+    """Return a number as a float64 tensor; a tensor keeps its gradient."""
+    return torch.as_tensor(number, dtype=torch.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """The generative model of one description; call it to run it.
+
+    Parameters
+    ----------
+    data
+        What it is run on.
+    frames
+        ``"bins"``, ``"density"`` or ``"summed"``; see `build`.
+    bins
+        Angle bins of each frame.
+    """
+
+    data: ProgramData
+    frames: Frames = "bins"
+    bins: int = 72
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Ids of the targets."""
+        return self.data.targets
+
+    def __call__(self) -> dict[str, Tensor]:
+        """Run the program; return the cell of each target.
+
+        Raises
+        ------
+        ProgramError
+            When a likelihood fails, or a number is drawn several times at once.
+        """
+        try:
+            return generative_model(self.data, self.frames, self.bins)
+        except SloopError as error:
+            raise ProgramError(error) from error
+
+
+def build(
+    description: Description,
+    city: CityMap,
+    model: str | Preset = "bayes",
+    *,
+    frames: Frames = "bins",
+    log_prior: Tensor | None = None,
+    truth: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, Any] | None = None,
+    frame_bins: int = 72,
+) -> Program:
+    """Return the generative model of a description as a plain Pyro callable.
+
+    Parameters
+    ----------
+    description
+        What was said.
+    city
+        The map.
+    model
+        A model's name, or a Preset.
+    frames
+        ``"bins"``: each frame is a Categorical over angle bins, its angle a deterministic site.
+        ``"density"``: a continuous angle with the same prior, for NUTS and guides. ``"summed"``:
+        frames, lapses and other latents of one phrase are summed out, as in the exact engine.
+    log_prior
+        Log belief over cells of each target, shape (N, S); uniform when None.
+    truth
+        Target -> true place in metres; only for the model ``informed``.
+    priors
+        Parameter of the likelihood -> Pyro distribution; it becomes a site of that name.
+    frame_bins
+        Angles that stand for each frame, > 0.
+
+    Returns
+    -------
+    Program
+        Takes no arguments. Sites of target T and its relation j: ``T/component``, ``T/cell``
+        (row by row from the south-west), ``T/frame_j`` and ``T/angle_j`` (radians), ``T/lapse_j``,
+        ``T/holds_j`` (observed); the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
+        ``T/shared_error``; ``T/together`` (observed) for components that are no product of
+        phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
+        declares by their names.
+
+    Raises
+    ------
+    UnknownName
+        When there is no such model, ground or parameter.
+    InputError
+        When two sites would have one name, the tables would not fit in memory, or there is no
+        density where one is asked for.
+
+    Examples
+    --------
+    >>> import pyro
+    >>> import sloop_ppl as sloop
+    >>> city = sloop.load_map("cleveland")
+    >>> said = sloop.parse("the green toyota is behind velvet dog", city)
+    >>> program = sloop.models.build(said, city, "bayes")
+    >>> trace = pyro.poutine.trace(program).get_trace()
+    >>> [name for name in trace.stochastic_nodes if "/" in name]
+    ['GreenToyota/component', 'GreenToyota/cell', 'GreenToyota/frame_0', 'GreenToyota/lapse_0']
+    """
+    chosen = preset(model)
+    if frames not in get_args(Frames):
+        raise UnknownName("way to draw frames", str(frames), get_args(Frames))
+    known = [parameter.name for parameter in parameters_of(chosen.likelihood)]
+    for name in priors or {}:
+        if name not in known:
+            raise UnknownName(f"parameter of the likelihood of {chosen.name}", name, known)
+    grounded = ground_description(description, city, chosen)
+    truths = true_places(truth, tuple(grounded), chosen)
+    if frame_bins < 1:
+        raise InputError(f"frame_bins is {frame_bins}; expected at least one angle")
+    data = program_data(grounded, city, chosen, log_prior, truths=truths, number_priors=priors)
+    if frames == "bins":
+        check_size(data, frame_bins)
+    if frames == "density":
+        check_density(data, f"Model '{chosen.name}'")
+        check_continuous(data)
+    return Program(data, frames, frame_bins)
+
+
+def check_continuous(data: ProgramData) -> None:
+    """Refuse a program with frames="density" that has no continuous site at all.
+
+    Raises
+    ------
+    InputError
+        When it has none; NUTS would return nothing.
+    """
+    own = [phrase.frames or () for _, _, phrase in data.framed_phrases()]
+    if data.number_priors or any(not frame.is_point for frames in own for frame in frames):
+        return
+    raise InputError(
+        f"Model '{data.model.name}' has no continuous latent here: no phrase depends on a frame "
+        "with a density, and no number has a prior; use frames='bins', or give priors={parameter: "
+        "distribution}"
+    )
+
+
+def check_density(data: ProgramData, what: str, *, points: bool = True) -> None:
+    """Refuse frames that have no density.
+
+    Parameters
+    ----------
+    data
+        What a program is run on.
+    what
+        What needs the density, for the message.
+    points
+        True to let a frame pass that is points alone: it stays discrete in every program.
+
+    Raises
+    ------
+    InputError
+        When a frame, or a part of it, is a point.
+    """
+    for _, _, phrase in data.framed_phrases():
+        for frame in phrase.frames or ():
+            pointed = any(math.isinf(part.kappa) for part in frame.parts)
+            if pointed and not (points and frame.is_point):
+                raise InputError(
+                    f"{what} needs frames with a density and got a point in the frame of "
+                    f"'{phrase.relation.relation} {phrase.relation.ground}'; use frames='bins', a "
+                    "model such as bayes, or the exact engine"
+                )
+
+
+def check_size(data: ProgramData, bins: int) -> None:
+    """Refuse to lay out tables that would not fit in memory."""
+    for relations in data.relations:
+        for relation in relations:
+            phrase = data.phrase(relation)
+            fronts = 1 if phrase.frames is None else bins
+            shape = (len(data.model.components), *phrase.sizes, fronts, data.n_cells)
+            if math.prod(shape) > _MOST_NUMBERS:
+                raise InputError(
+                    f"The program of this description would need tables of {shape} numbers; use "
+                    "fewer frame_bins, a smaller map, or the exact engine"
+                )
+
+
+_MOST_NUMBERS = 200_000_000
