@@ -2,6 +2,7 @@
 
 Run: python benchmarks/golden_beliefs.py record FILE.npz [--descriptions DIR]
      python benchmarks/golden_beliefs.py check FILE.npz [--descriptions DIR] [--tolerance 1e-9]
+     python benchmarks/golden_beliefs.py --quick    (two examples, recorded and checked)
 
 For who changes how beliefs are reckoned and not what they are: record before, check after. The
 models are the seven presets, the `paper` variants of the three that have one, and `bayes` with
@@ -24,6 +25,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -47,14 +49,22 @@ Table = NDArray[np.float64]
 def main() -> None:
     """Do what is asked."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("what", choices=["record", "check"])
-    options.add_argument("file", type=Path, help="where the beliefs are kept, .npz")
+    options.add_argument("what", nargs="?", choices=["record", "check"])
+    options.add_argument("file", nargs="?", type=Path, help="where the beliefs are kept, .npz")
+    options.add_argument("--quick", action="store_true", help="record and check two examples")
     options.add_argument("--descriptions", type=Path, help="folder of description files, .jsonl")
     options.add_argument("--tolerance", type=float, default=1e-9, help="largest total variation")
     options.add_argument("--sketch", action="store_true", help="record a few numbers of each")
     given = options.parse_args()
     torch.set_num_threads(1)
     scenes = bundled_examples()
+    if given.quick:
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "goldens.npz"
+            np.savez(file, **everything(scenes[:2]))
+            raise SystemExit(not check(file, scenes[:2], given.tolerance))
+    if given.what is None or given.file is None:
+        options.error("tell what to do, record or check, and the file")
     if given.descriptions:
         scenes += read_descriptions(sorted(given.descriptions.glob("*.jsonl")))
     if given.what == "check":
