@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from sloop_ppl import language
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import Engine, Posterior, infer_description
 from sloop_ppl.language import Description, TargetObject, no_relation_found
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from sloop_ppl.inference import Engine, Posterior
+    from sloop_ppl.models import Preset
 
 __all__ = ["infer", "parse"]
 
@@ -116,6 +118,8 @@ def infer(
     >>> sloop.infer("the red bike is near Ivy", "cleveland").targets
     ('RedBike',)
     """
+    from sloop_ppl.inference import infer_description  # torch, which reading a text does without
+
     where = _city(city)
     said = parse(description, where) if isinstance(description, str) else description
     if not isinstance(said, Description):

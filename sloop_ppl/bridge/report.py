@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from sloop_ppl.inference import FrameSummary, Posterior
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps.whereabouts import nearest_landmark, whereabouts
-from sloop_ppl.search import Episode, Step
+
+if TYPE_CHECKING:
+    from sloop_ppl.inference import FrameSummary, Posterior
+    from sloop_ppl.search import Episode, Step
 
 __all__ = [
     "belief_lines",

@@ -129,7 +129,7 @@ def parse(
 
 
 def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> Description:
-    from sloop_ppl.language.pipeline import read_rules
+    from sloop_ppl.language.rules import read_rules
 
     return read_rules(text, city, targets)
 

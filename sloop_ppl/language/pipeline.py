@@ -1,6 +1,7 @@
-"""The spaCy pipeline: four registered components that read a text on a map.
+"""The spaCy pipeline: four registered components that run the rule parser's steps on a text.
 
-Importing this module imports spaCy. The components are
+Importing this module imports spaCy; `sloop_ppl.parse` runs the same steps without it
+(`sloop_ppl.language.rules`). The components are
 
 ``sloop_landmarks``   words that name places of the map
 ``sloop_targets``     words that name objects
@@ -10,10 +11,7 @@ Importing this module imports spaCy. The components are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
-from dataclasses import replace
-from functools import lru_cache
+from collections.abc import Callable
 from typing import Any, Final
 
 import spacy
@@ -23,30 +21,20 @@ from spacy.util import registry
 from spacy.vocab import Vocab
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language.figures import figure_finder
-from sloop_ppl.language.places import place_index
-from sloop_ppl.language.reading import (
-    TextReading,
-    find_cues,
-    find_figures,
-    find_landmarks,
-    relate,
-    to_description,
-)
+from sloop_ppl.language.reading import TextReading
+from sloop_ppl.language.rules import STEPS, begin, encodable
 from sloop_ppl.language.targets import load_targets
-from sloop_ppl.language.values import Description, SpatialRelation, TargetObject
+from sloop_ppl.language.values import Description, SpatialRelation
 from sloop_ppl.language.words import split_words
-from sloop_ppl.maps import CityMap, load_map
+from sloop_ppl.maps import load_map
 
-__all__ = ["COMPONENTS", "WordTokenizer", "load_pipeline", "read_rules"]
+__all__ = ["COMPONENTS", "WordTokenizer", "load_pipeline"]
 
-COMPONENTS: Final = ("sloop_landmarks", "sloop_targets", "sloop_cues", "sloop_attachment")
+COMPONENTS: Final = tuple(STEPS)
 """The factories of the rule parser, in the order they run."""
 
 STATE = "sloop_reading"
 CONTEXT = "sloop_context"
-
-_LONG_TEXT = 50_000
 
 Component = Callable[[Doc], Doc]
 
@@ -66,7 +54,7 @@ class WordTokenizer:
 
     def __call__(self, text: str) -> Doc:
         """Return the words of `text`; the text of the result is `text`."""
-        clean = text.encode("utf-8", "replace").decode("utf-8")
+        clean = encodable(text)
         pieces: list[str] = []
         spaces: list[bool] = []
         at = 0
@@ -137,9 +125,9 @@ def make_landmarks(
                 "The component 'sloop_landmarks' has no map; add it with "
                 "config={'map': NAME_OR_PATH}, or read texts with sloop_ppl.parse"
             )
-        state = TextReading(doc.text, given, place_index(given), figure_finder(objects))
+        state = begin(doc.text, given, objects)
         doc.user_data[STATE] = state
-        find_landmarks(state)
+        STEPS["sloop_landmarks"](state)
         return doc
 
     return landmarks
@@ -148,29 +136,26 @@ def make_landmarks(
 @Language.factory("sloop_targets")
 def make_targets(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that finds the objects spoken of."""
-    return _step(find_figures, name)
+    return _step("sloop_targets", name)
 
 
 @Language.factory("sloop_cues")
 def make_cues(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that finds relation cues."""
-    return _step(find_cues, name)
+    return _step("sloop_cues", name)
 
 
 @Language.factory("sloop_attachment", assigns=["doc._.spatial_relations"])
 def make_attachment(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that attaches relations to objects."""
-    return _step(_attach, name)
+    return _step("sloop_attachment", name)
 
 
-def _attach(state: TextReading) -> None:
-    relate(state)
-    state.description = to_description(state)
+def _step(step: str, name: str) -> Component:
+    run = STEPS[step]
 
-
-def _step(run: Callable[[TextReading], None], name: str) -> Component:
     def component(doc: Doc) -> Doc:
-        state = doc.user_data.get(STATE)
+        state: TextReading | None = doc.user_data.get(STATE)
         if state is None:
             raise InputError(
                 f"The component '{name}' found no landmarks read; add 'sloop_landmarks' before it"
@@ -216,30 +201,3 @@ def load_pipeline(map: str | None = None, targets: str | None = None) -> Languag
     for component in COMPONENTS[1:]:
         nlp.add_pipe(component)
     return nlp
-
-
-@lru_cache(maxsize=1)
-def _shared() -> Language:
-    return load_pipeline()
-
-
-def read_rules(
-    text: str, city: CityMap, targets: Sequence[TargetObject] | None = None
-) -> Description:
-    """Read a text with the rule parser; the parser ``rules`` of the registry.
-
-    Parameters
-    ----------
-    text : any text; what is not understood is reported, never an error.
-    city : the map it speaks of.
-    targets : the objects it can speak of; None for the default ones and any others.
-    """
-    nlp = _shared()
-    # The words of long texts are forgotten again, or strange ones would fill the memory.
-    with nlp.memory_zone() if len(text) > _LONG_TEXT else nullcontext():
-        doc = nlp.make_doc(text)
-        doc.user_data[CONTEXT] = city, targets
-        found = _description(nlp(doc))
-    if found is None:
-        raise RuntimeError("the component 'sloop_attachment' set no description")
-    return found if found.text == text else replace(found, text=text)

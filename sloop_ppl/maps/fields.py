@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from sloop_ppl.maps.grid import Grid
 
@@ -69,6 +68,8 @@ class LandmarkFields:
 
     @cached_property
     def _transform(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        from scipy.ndimage import distance_transform_edt
+
         distance, nearest = distance_transform_edt(
             ~self.cells, sampling=self.grid.cell_m, return_indices=True
         )
