@@ -1,17 +1,24 @@
-"""Evaluation: description files with their truth, and what methods make of them."""
+"""Evaluation: description files with their truth, and what methods make of them.
 
-from sloop_ppl.eval.describe import SetSummary, describe_set
-from sloop_ppl.eval.descriptions import (
-    DescribedScene,
-    FrameAnnotation,
-    Place,
-    bundled_examples,
-    read_descriptions,
-)
-from sloop_ppl.eval.parsing import ParseScore, score_parser
-from sloop_ppl.eval.quality import BeliefQuality, ModelQuality, score_beliefs
-from sloop_ppl.eval.results import Results, read_results
-from sloop_ppl.eval.trials import Searching, Trial, TrialKey
+Names load on first use, because some of them bring torch with them.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sloop_ppl.eval.describe import SetSummary, describe_set
+    from sloop_ppl.eval.descriptions import (
+        DescribedScene,
+        FrameAnnotation,
+        Place,
+        bundled_examples,
+        read_descriptions,
+    )
+    from sloop_ppl.eval.parsing import ParseScore, score_parser
+    from sloop_ppl.eval.quality import BeliefQuality, ModelQuality, score_beliefs
+    from sloop_ppl.eval.results import Results, read_results
+    from sloop_ppl.eval.trials import Searching, Trial, TrialKey
 
 __all__ = [
     "BeliefQuality",
@@ -32,3 +39,31 @@ __all__ = [
     "score_beliefs",
     "score_parser",
 ]
+
+_HOMES = {
+    "describe": ("SetSummary", "describe_set"),
+    "descriptions": (
+        "DescribedScene",
+        "FrameAnnotation",
+        "Place",
+        "bundled_examples",
+        "read_descriptions",
+    ),
+    "parsing": ("ParseScore", "score_parser"),
+    "quality": ("BeliefQuality", "ModelQuality", "score_beliefs"),
+    "results": ("Results", "read_results"),
+    "trials": ("Searching", "Trial", "TrialKey"),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return import_module(f"{__name__}.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

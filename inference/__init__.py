@@ -1,45 +1,52 @@
-"""Inference: engines, the posterior, and what sums it up."""
+"""Inference: engines, the posterior, and what sums it up.
 
-from sloop_ppl.inference._enumeration import PYRO_LOCK
-from sloop_ppl.inference._log_evidence import LogEvidence
-from sloop_ppl.inference.compare import (
-    EngineComparison,
-    EngineRun,
-    ModelScore,
-    compare,
-    rank_models,
-)
-from sloop_ppl.inference.engines import (
-    ENGINES,
-    Engine,
-    Enumerate,
-    Exact,
-    Importance,
-    InferenceInfo,
-)
-from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
-from sloop_ppl.inference.factors import DescriptionFactor
-from sloop_ppl.inference.frames import Framed, FrameSummary
-from sloop_ppl.inference.hierarchical import sample_parameters
-from sloop_ppl.inference.infer import infer_batch, infer_description
-from sloop_ppl.inference.influence import Influence
-from sloop_ppl.inference.joint import JointPosterior
-from sloop_ppl.inference.lapses import Lapse
-from sloop_ppl.inference.learning import Example, Fitted, fit
-from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
-from sloop_ppl.inference.posterior import Posterior
-from sloop_ppl.inference.prior import log_priors
-from sloop_ppl.inference.sampling import Nuts, Svi
-from sloop_ppl.inference.summaries import (
-    Place,
-    entropy_nats,
-    expected_distance_m,
-    expected_m,
-    hpd_cells,
-    hpd_places,
-    mode_m,
-    probability_in,
-)
+Names load on first use, because they bring torch and Pyro with them.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sloop_ppl.inference._enumeration import PYRO_LOCK
+    from sloop_ppl.inference._log_evidence import LogEvidence
+    from sloop_ppl.inference.comparison import (
+        EngineComparison,
+        EngineRun,
+        ModelScore,
+        compare,
+        rank_models,
+    )
+    from sloop_ppl.inference.engines import (
+        ENGINES,
+        Engine,
+        Enumerate,
+        Exact,
+        Importance,
+        InferenceInfo,
+    )
+    from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
+    from sloop_ppl.inference.factors import DescriptionFactor
+    from sloop_ppl.inference.frames import Framed, FrameSummary
+    from sloop_ppl.inference.hierarchical import sample_parameters
+    from sloop_ppl.inference.infer import infer_batch, infer_description
+    from sloop_ppl.inference.influence import Influence
+    from sloop_ppl.inference.joint import JointPosterior
+    from sloop_ppl.inference.lapses import Lapse
+    from sloop_ppl.inference.learning import Example, Fitted, fit
+    from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
+    from sloop_ppl.inference.posterior import Posterior
+    from sloop_ppl.inference.prior import log_priors
+    from sloop_ppl.inference.sampling import Nuts, Svi
+    from sloop_ppl.inference.summaries import (
+        Place,
+        entropy_nats,
+        expected_distance_m,
+        expected_m,
+        hpd_cells,
+        hpd_places,
+        mode_m,
+        probability_in,
+    )
 
 __all__ = [
     "ENGINES",
@@ -84,3 +91,46 @@ __all__ = [
     "sample_parameters",
     "write_geojson",
 ]
+
+_HOMES = {
+    "_enumeration": ("PYRO_LOCK",),
+    "_log_evidence": ("LogEvidence",),
+    "comparison": ("EngineComparison", "EngineRun", "ModelScore", "compare", "rank_models"),
+    "engines": ("ENGINES", "Engine", "Enumerate", "Exact", "Importance", "InferenceInfo"),
+    "export_geojson": ("cells_geojson", "write_geojson"),
+    "factors": ("DescriptionFactor",),
+    "frames": ("Framed", "FrameSummary"),
+    "hierarchical": ("sample_parameters",),
+    "infer": ("infer_batch", "infer_description"),
+    "influence": ("Influence",),
+    "joint": ("JointPosterior",),
+    "lapses": ("Lapse",),
+    "learning": ("Example", "Fitted", "fit"),
+    "parameter_draws": ("ParameterDraws", "ParameterSummary"),
+    "posterior": ("Posterior",),
+    "prior": ("log_priors",),
+    "sampling": ("Nuts", "Svi"),
+    "summaries": (
+        "Place",
+        "entropy_nats",
+        "expected_distance_m",
+        "expected_m",
+        "hpd_cells",
+        "hpd_places",
+        "mode_m",
+        "probability_in",
+    ),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return import_module(f"{__name__}.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

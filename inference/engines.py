@@ -248,3 +248,5 @@ def _numpy(tables: Sequence[Tensor]) -> Tables:
 ENGINES.add("exact", Exact())
 ENGINES.add("enumerate", Enumerate())
 ENGINES.add("importance", Importance())
+ENGINES.add_later("nuts", "sloop_ppl.inference.sampling", "PLAIN_NUTS")
+ENGINES.add_later("svi", "sloop_ppl.inference.sampling", "PLAIN_SVI")

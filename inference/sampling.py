@@ -20,12 +20,12 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import description_tables, mistakes, seeded_torch
 from sloop_ppl.inference._frame_draws import draw_frame, framed_sites
-from sloop_ppl.inference.engines import ENGINES, Tables, positive, required
+from sloop_ppl.inference.engines import Tables, positive, required
 from sloop_ppl.inference.summaries import circular_summary
 from sloop_ppl.models import FrameDistribution, Program, ProgramData
 from sloop_ppl.models.program import check_density
 
-__all__ = ["Nuts", "Svi"]
+__all__ = ["PLAIN_NUTS", "PLAIN_SVI", "Nuts", "Svi"]
 
 _TOGETHER = 64
 """Draws of frames conditioned on in one run of the program."""
@@ -230,5 +230,5 @@ def _log_evidence(
     return float(torch.logsumexp(weights, 0)) - math.log(2 * half)
 
 
-ENGINES.add("nuts", Nuts())
-ENGINES.add("svi", Svi())
+PLAIN_NUTS, PLAIN_SVI = Nuts(), Svi()
+"""The engines with their default options, as `ENGINES` has them."""

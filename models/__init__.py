@@ -1,36 +1,43 @@
-"""Generative models of spatial language: likelihoods, frames, components, presets, the program."""
+"""Generative models of spatial language: likelihoods, frames, components, presets, the program.
 
-from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
-from sloop_ppl.models.cell_priors import (
-    CELL_PRIORS,
-    CellPrior,
-    LearntCells,
-    cell_prior,
-    learn_cells,
-)
-from sloop_ppl.models.components import COMBINATIONS, Component
-from sloop_ppl.models.frames import (
-    FRAME_PREDICTORS,
-    FRAME_PRIORS,
-    FrameDistribution,
-    FramePart,
-    NearestStreet,
-    PredictedPoint,
-    PredictedSpread,
-)
-from sloop_ppl.models.grounding import (
-    ProgramData,
-    SharedFrame,
-    ground_description,
-    program_data,
-    true_places,
-)
-from sloop_ppl.models.intervene import intervene
-from sloop_ppl.models.latents import Latent
-from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
-from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
-from sloop_ppl.models.program import Program, build
-from sloop_ppl.models.terms import RelationTerm, ground_relations
+Names load on first use, because most of them bring torch with them.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
+    from sloop_ppl.models.cell_priors import (
+        CELL_PRIORS,
+        CellPrior,
+        LearntCells,
+        cell_prior,
+        learn_cells,
+    )
+    from sloop_ppl.models.components import COMBINATIONS, Component
+    from sloop_ppl.models.frames import (
+        FRAME_PREDICTORS,
+        FRAME_PRIORS,
+        FrameDistribution,
+        FramePart,
+        NearestStreet,
+        PredictedPoint,
+        PredictedSpread,
+    )
+    from sloop_ppl.models.grounding import (
+        ProgramData,
+        SharedFrame,
+        ground_description,
+        program_data,
+        true_places,
+    )
+    from sloop_ppl.models.interventions import intervene
+    from sloop_ppl.models.latents import Latent
+    from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
+    from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
+    from sloop_ppl.models.program import Program, build
+    from sloop_ppl.models.terms import RelationTerm, ground_relations
 
 __all__ = [
     "BAYES",
@@ -69,3 +76,44 @@ __all__ = [
     "true_places",
     "unfitted",
 ]
+
+_HOMES = {
+    "bayes": ("BAYES", "UNFITTED_BAYES", "unfitted"),
+    "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
+    "components": ("COMBINATIONS", "Component"),
+    "frames": (
+        "FRAME_PREDICTORS",
+        "FRAME_PRIORS",
+        "FrameDistribution",
+        "FramePart",
+        "NearestStreet",
+        "PredictedPoint",
+        "PredictedSpread",
+    ),
+    "grounding": (
+        "ProgramData",
+        "SharedFrame",
+        "ground_description",
+        "program_data",
+        "true_places",
+    ),
+    "interventions": ("intervene",),
+    "latents": ("Latent",),
+    "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "RelationLikelihood"),
+    "presets": ("PRESETS", "VARIANTS", "Preset", "preset"),
+    "program": ("Program", "build"),
+    "terms": ("RelationTerm", "ground_relations"),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return import_module(f"{__name__}.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
 from sloop_ppl.models.likelihoods import LIKELIHOODS
-from sloop_ppl.models.presets import PRESETS, Preset
+from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 __all__ = ["BAYES", "UNFITTED_BAYES", "unfitted"]
@@ -36,7 +36,7 @@ def _fitted() -> Preset:
         return with_parameters(UNFITTED_BAYES, load_parameters(path))
 
 
-BAYES = PRESETS.add("bayes", _fitted())
+BAYES = _fitted()
 """`bayes` with the numbers of ``data/models/bayes.json``, which ``sloop eval fit`` wrote."""
 
 

@@ -10,7 +10,7 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
 from sloop_ppl.models.guard import GuardedLikelihood
-from sloop_ppl.models.intervene import FixedFronts
+from sloop_ppl.models.interventions import FixedFronts
 from sloop_ppl.models.likelihoods import (
     LIKELIHOODS,
     RelationLikelihood,

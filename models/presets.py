@@ -213,3 +213,4 @@ _register(
     Component("at", 0.1, combine="sum", read_as="at"),
     Component("near", 0.05, combine="sum", read_as="near"),
 )
+PRESETS.add_later("bayes", "sloop_ppl.models.bayes", "BAYES")

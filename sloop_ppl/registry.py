@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
 from typing import Generic, TypeVar
 
 from sloop_ppl.errors import UnknownName
@@ -10,6 +12,14 @@ from sloop_ppl.errors import UnknownName
 __all__ = ["Registry"]
 
 T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class _Later:
+    """Where an entry is found that is not loaded yet."""
+
+    module: str
+    attribute: str
 
 
 class Registry(Mapping[str, T], Generic[T]):
@@ -26,19 +36,28 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
-        self._entries: dict[str, T] = {}
+        self._entries: dict[str, T | _Later] = {}
 
     def add(self, name: str, entry: T) -> T:
         """Register `entry` as `name` and return it; a name is taken only once."""
-        if name in self._entries:
-            raise ValueError(f"{self.kind} '{name}' is registered already; choose another name")
+        self._check_free(name)
         self._entries[name] = entry
         return entry
+
+    def add_later(self, name: str, module: str, attribute: str) -> None:
+        """Register what a module holds, which is imported when the name is first looked up."""
+        self._check_free(name)
+        self._entries[name] = _Later(module, attribute)
 
     def __getitem__(self, name: str) -> T:
         if name not in self._entries:
             raise UnknownName(self.kind, name, self._entries)
-        return self._entries[name]
+        entry = self._entries[name]
+        if not isinstance(entry, _Later):
+            return entry
+        found: T = getattr(import_module(entry.module), entry.attribute)
+        self._entries[name] = found
+        return found
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries
@@ -48,3 +67,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __len__(self) -> int:
         return len(self._entries)
+
+    def _check_free(self, name: str) -> None:
+        if name in self._entries:
+            raise ValueError(f"{self.kind} '{name}' is registered already; choose another name")

@@ -1,6 +1,6 @@
 """Where language meets planning: the facade functions, reports, and what commands ask for.
 
-Names load on first use, because they bring torch and pomdp-py with them.
+Names load on first use, because `infer` brings torch with it, and `search` pomdp-py.
 """
 
 from __future__ import annotations
@@ -21,3 +21,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -2,22 +2,66 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import dataclass
 from importlib import import_module
 
 from sloop_ppl.registry import Registry
 
-__all__ = ["names_of"]
+__all__ = ["CATALOGUE", "Listed", "names_of"]
 
-# What can be listed -> module and name of its registry, or of the function that lists it.
-_CATALOGUE: Registry[tuple[str, str]] = Registry("list")
-_CATALOGUE.add("models", ("sloop_ppl.models", "PRESETS"))
-_CATALOGUE.add("likelihoods", ("sloop_ppl.models", "LIKELIHOODS"))
-_CATALOGUE.add("engines", ("sloop_ppl.inference", "ENGINES"))
-_CATALOGUE.add("planners", ("sloop_ppl.search", "list_planners"))
-_CATALOGUE.add("frames", ("sloop_ppl.models", "FRAME_PREDICTORS"))
-_CATALOGUE.add("priors", ("sloop_ppl.models", "CELL_PRIORS"))
-_CATALOGUE.add("candidates", ("sloop_ppl.eval.candidates", "CANDIDATES"))
-_CATALOGUE.add("maps", ("sloop_ppl.maps", "bundled_maps"))
+
+@dataclass(frozen=True)
+class Listed:
+    """Where the names of one kind of thing are found.
+
+    Parameters
+    ----------
+    registry : module and name of its registry.
+    names : module and name of the same names where importing costs little.
+    """
+
+    registry: tuple[str, str]
+    names: tuple[str, str]
+
+
+_MODELS, _MODEL_NAMES = "sloop_ppl.models", "sloop_ppl.models.names"
+
+CATALOGUE: Registry[Listed] = Registry("list")
+"""What can be listed."""
+
+CATALOGUE.add("models", Listed((f"{_MODELS}.presets", "PRESETS"), (_MODEL_NAMES, "PRESET_NAMES")))
+CATALOGUE.add(
+    "likelihoods",
+    Listed((f"{_MODELS}.likelihoods", "LIKELIHOODS"), (_MODEL_NAMES, "LIKELIHOOD_NAMES")),
+)
+CATALOGUE.add(
+    "engines",
+    Listed(
+        ("sloop_ppl.inference.engines", "ENGINES"), ("sloop_ppl.inference.names", "ENGINE_NAMES")
+    ),
+)
+CATALOGUE.add(
+    "planners",
+    Listed(("sloop_ppl.search.planners", "PLANNERS"), ("sloop_ppl.search.names", "PLANNER_NAMES")),
+)
+CATALOGUE.add(
+    "frames",
+    Listed((f"{_MODELS}.frames", "FRAME_PREDICTORS"), (_MODEL_NAMES, "FRAME_PREDICTOR_NAMES")),
+)
+CATALOGUE.add(
+    "priors",
+    Listed((f"{_MODELS}.cell_priors", "CELL_PRIORS"), (_MODEL_NAMES, "CELL_PRIOR_NAMES")),
+)
+CATALOGUE.add(
+    "candidates",
+    Listed(
+        ("sloop_ppl.eval.candidates", "CANDIDATES"), ("sloop_ppl.eval.names", "CANDIDATE_NAMES")
+    ),
+)
+CATALOGUE.add(
+    "maps", Listed(("sloop_ppl.maps", "bundled_maps"), ("sloop_ppl.maps", "bundled_maps"))
+)
 
 
 def names_of(what: str) -> list[str]:
@@ -27,11 +71,16 @@ def names_of(what: str) -> list[str]:
     ------
     UnknownName : when `what` is none of these.
 
+    Notes
+    -----
+    A registry that is loaded already is asked itself, for its user may have added to it.
+
     Examples
     --------
     >>> names_of("maps")
     ['austin', 'cleveland', 'denver', 'honolulu', 'washington_dc']
     """
-    module, name = _CATALOGUE[what]
+    listed = CATALOGUE[what]
+    module, name = listed.registry if listed.registry[0] in sys.modules else listed.names
     found = getattr(import_module(module), name)
     return list(found() if callable(found) else found)

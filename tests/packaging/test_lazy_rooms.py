@@ -1,0 +1,28 @@
+"""Rooms whose names load on first use: each is there, and is what its home defines."""
+
+from importlib import import_module
+
+import pytest
+
+ROOMS = ("bridge", "eval", "inference", "language", "models", "search")
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_every_name_is_there(room):
+    module = import_module(f"sloop_ppl.{room}")
+    assert set(module.__all__) <= set(dir(module))
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+    with pytest.raises(AttributeError, match=f"module 'sloop_ppl.{room}' has no attribute 'wh"):
+        _ = module.whatever
+
+
+@pytest.mark.parametrize("room", ["eval", "inference", "models"])
+def test_the_homes_hold_the_names_and_no_others(room):
+    module = import_module(f"sloop_ppl.{room}")
+    listed = [name for names in module._HOMES.values() for name in names]
+    assert sorted(listed) == sorted(module.__all__)
+    for home, names in module._HOMES.items():
+        assert home not in module.__all__  # else the module would take the name's place
+        for name in names:
+            assert getattr(module, name) is getattr(import_module(f"sloop_ppl.{room}.{home}"), name)
