@@ -31,6 +31,7 @@ __all__ = [
     "directions",
     "find_framed",
     "frame_array",
+    "frame_masses",
     "frame_nodes",
     "frame_table",
     "framed_relations",
@@ -375,18 +376,22 @@ def frame_table(posterior: FramePosterior, grid: Grid, bins: int) -> xarray.Data
     )
 
 
+def frame_masses(posterior: FramePosterior, bins: int) -> tuple[Table, Table]:
+    """Return p(front | all that is known) and p(front) of `directions`, shape (B,) each."""
+    _, mass, home = posterior.nodes(bins)
+    before = np.bincount(home, weights=mass, minlength=bins)
+    return posterior.table(bins).sum(1), np.asarray(before, dtype=np.float64)
+
+
 def frame_array(posterior: FramePosterior, bins: int) -> xarray.DataArray:
     """Return p(front | all that is known), dim angle, with the prior as a coordinate."""
     import xarray
 
-    _, mass, home = posterior.nodes(bins)
+    after, before = frame_masses(posterior, bins)
     return xarray.DataArray(
-        posterior.table(bins).sum(1),
+        after,
         dims=("angle",),
-        coords={
-            "angle": _angle(bins),
-            "prior": ("angle", np.bincount(home, weights=mass, minlength=bins)),
-        },
+        coords={"angle": _angle(bins), "prior": ("angle", before)},
         name="p",
         attrs=_about(posterior.term),
     )

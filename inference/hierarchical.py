@@ -5,11 +5,10 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-import xarray
 from pyro.infer import MCMC, NUTS
 from torch import Tensor
 
@@ -21,6 +20,9 @@ from sloop_ppl.inference.learning import curvature, maximise
 from sloop_ppl.inference.parameter_draws import ParameterDraws
 from sloop_ppl.models import Preset
 from sloop_ppl.rng import child
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["sample_parameters"]
 
@@ -202,6 +204,8 @@ def _dataset(
     target: _Target, drawn: Mapping[str, Tensor], speakers: Sequence[str]
 ) -> xarray.Dataset:
     """Return values of parameters, from draws of coordinates of shape (chains, draws, ...)."""
+    import xarray
+
     free, z = target.free, target.numbers(drawn)
     values = free.values(z)
     variables: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {}

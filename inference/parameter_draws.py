@@ -6,11 +6,10 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-import xarray
 from pyro.ops.stats import effective_sample_size, split_gelman_rubin
 
 from sloop_ppl.errors import InputError, UnknownName
@@ -18,6 +17,9 @@ from sloop_ppl.inference.draws import import_arviz
 from sloop_ppl.models import Preset
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.outputs import check_output, written_whole
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["ParameterDraws", "ParameterSummary"]
 
@@ -69,7 +71,8 @@ class ParameterDraws:
     @property
     def speakers(self) -> tuple[str, ...]:
         """Names of the speakers that parameters vary between; none when they do not."""
-        return tuple(map(str, self.dataset.coords.get("speaker", xarray.DataArray([])).values))
+        coords = self.dataset.coords
+        return tuple(map(str, coords["speaker"].values)) if "speaker" in coords else ()
 
     @property
     def parameters(self) -> dict[str, dict[str, float]]:
@@ -162,6 +165,8 @@ class ParameterDraws:
         ------
         InputError : when the file cannot be read or holds no draws.
         """
+        import xarray
+
         try:
             told = json.loads(Path(path).read_text("utf-8"))
             dataset = xarray.Dataset.from_dict(told["draws"])

@@ -10,10 +10,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
@@ -31,6 +30,9 @@ from sloop_ppl.models import Preset, ground_description, program_data
 from sloop_ppl.models._netcdf import read_netcdf
 from sloop_ppl.models.parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["StoredPosterior", "load_parts", "save_parts", "to_dataset"]
 
@@ -75,6 +77,8 @@ def to_dataset(
     setting for each joint value of the latents it shares; coordinates x and y are cell centres in
     metres, y from the south.
     """
+    import xarray
+
     grid = parts.city.grid
     targets = list(parts.log_prior)
     entries = [(t, d) for t in targets for d, f in enumerate(parts.factors) if t in f.log_factors]

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import Grid
@@ -135,6 +134,8 @@ def hpd_places(belief: Belief, grid: Grid, mass: float = 0.9) -> tuple[Place, ..
 
     Cells that touch by a side or a corner are connected.
     """
+    from scipy import ndimage
+
     labels, count = ndimage.label(hpd_cells(belief, mass), structure=np.ones((3, 3)))
     places = []
     for label in range(1, count + 1):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["FileCells", "read_netcdf"]
 
@@ -26,6 +29,8 @@ def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
     """
     if not Path(path).is_file():
         raise InputError(f"{what} '{path}' cannot be read: no such file")
+    import xarray
+
     try:
         with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
             return opened.load()

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
-import xarray
 
 from sloop_ppl.bridge.words import facing, percent, relations_in_words
-from sloop_ppl.inference import Influence, Posterior, hpd_places, mode_m
+from sloop_ppl.inference import hpd_places, mode_m
 from sloop_ppl.maps.whereabouts import whereabouts
+
+if TYPE_CHECKING:
+    import xarray
+
+    from sloop_ppl.inference import Influence, Posterior
 
 __all__ = ["explain_lines"]
 

@@ -1,4 +1,7 @@
-"""Gather what explains each belief of a posterior and draw it on one sheet."""
+"""Gather what explains each belief of a posterior and draw it on one sheet.
+
+Tables are read as arrays: xarray, which their labelled forms need, takes half a second to load.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sloop_ppl.bridge.words import percent, relations_in_words
-from sloop_ppl.inference import Posterior
+from sloop_ppl.inference.factors import site_name
+from sloop_ppl.inference.frames import FramePosterior, frame_masses
 from sloop_ppl.plots import Front, SheetParts, plot_sheets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sloop_ppl.inference import Posterior
+
 __all__ = ["figure_of", "sheet_of"]
 
 _NEGLIGIBLE = 0.005
+_DIRECTIONS = 72
 
 
 def figure_of(
@@ -78,10 +85,12 @@ def sheet_of(
 
 def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
     """Return the belief given each component that has a share worth drawing."""
-    joint = posterior.joint_component(target)
+    which = max(i for i, f in enumerate(posterior.factors) if target in f.log_factors)
+    names = posterior.factors[which].components
+    joint = posterior.joint.probabilities(site_name(f"{target}/component", which), f"{target}/cell")
     maps = {}
-    for name in joint["component"].values:
-        table = joint.sel(component=name).values
+    for name, each in zip(names, joint, strict=True):
+        table = each.reshape(posterior.city.grid.shape)
         p = float(table.sum())
         if p >= _NEGLIGIBLE:
             maps[f"{name} ({percent(p)})"] = table / p
@@ -94,6 +103,7 @@ def _fronts(posterior: Posterior, target: str) -> list[Front]:
     for framed in posterior.framed(target):
         ground = framed.term.ground
         if ground not in fronts:
-            told = posterior.frame(target, ground, framed.relation)
-            fronts[ground] = Front(ground, told.values, told["prior"].values)
+            factor = posterior.factors[framed.which]
+            told = FramePosterior(posterior.joint, factor, target, framed)
+            fronts[ground] = Front(ground, *frame_masses(told, _DIRECTIONS))
     return list(fronts.values())

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from sloop_ppl.bridge.facade import parse
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description, RelationSpans, TargetObject, no_relation_found
+
+if TYPE_CHECKING:
+    from sloop_ppl.inference import Posterior
 
 __all__ = ["descriptions_of", "follow_up", "read_said"]
 

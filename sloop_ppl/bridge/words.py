@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from sloop_ppl.inference import Posterior
 from sloop_ppl.language import SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.directions import COMPASS_RAD
+
+if TYPE_CHECKING:
+    from sloop_ppl.inference import Posterior
 
 __all__ = ["facing", "percent", "relations_in_words"]
 

@@ -48,23 +48,21 @@ def infer(
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are."""
-    import numpy as np
-
-    import sloop_ppl as sloop
-    from sloop_ppl.bridge.explain import explain_lines
-    from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
-    from sloop_ppl.bridge.requests import posterior_of
-    from sloop_ppl.bridge.sheets import figure_of
-    from sloop_ppl.inference import write_geojson
     from sloop_ppl.outputs import check_output
-    from sloop_ppl.plots import check_figure_path
 
     if out:
         check_output(out, (".nc",))
     if figure:
+        from sloop_ppl.plots import check_figure_path, save_figure
+
         check_figure_path(figure)
     if export:
         check_output(export, (".geojson", ".json"))
+    import numpy as np
+
+    from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
+    from sloop_ppl.bridge.requests import posterior_of
+
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
         params=params, prior=prior, rng=np.random.default_rng(seed),
@@ -74,10 +72,18 @@ def infer(
     if out:
         posterior.save(out)
     if figure:
-        sloop.plots.save_figure(figure_of(posterior, rng=np.random.default_rng(seed)), figure)
+        from sloop_ppl.bridge.sheets import figure_of
+
+        save_figure(figure_of(posterior, rng=np.random.default_rng(seed)), figure)
     if export:
+        from sloop_ppl.inference import write_geojson
+
         write_geojson(posterior, export)
-    why = explain_lines(posterior, rng=np.random.default_rng(seed)) if explain else []
+    why = []
+    if explain:
+        from sloop_ppl.bridge.explain import explain_lines
+
+        why = explain_lines(posterior, rng=np.random.default_rng(seed))
     if json:
         print_json(belief_report(posterior))
         for line in why:
