@@ -12,7 +12,11 @@ import pytest
 from support.tree import ROOT
 
 BENCHMARKS = ROOT / "benchmarks"
-SLOW = {"bench_search.py", "bench_sweep.py"}  # they start processes, and may have to compile
+SLOW = {
+    "bench_search.py",
+    "bench_start.py",
+    "bench_sweep.py",
+}  # they start processes, and may have to compile
 FIGURES = {
     "bench_frames.py": ("one of cleveland", "the first of cleveland", "10 of 5 bundled maps"),
     "bench_inference.py": (
@@ -61,6 +65,14 @@ FIGURES = {
         "peak memory of fast",
         "peak memory of informed",
         "peak memory of this process",
+    ),
+    "bench_start.py": (
+        "sloop list",
+        "sloop parse",
+        "sloop infer  ",
+        "sloop infer --figure",
+        "import sloop_ppl; parse; infer",
+        "later answers with report",
     ),
     "bench_sweep.py": (
         "whole sweep, 2 workers",
