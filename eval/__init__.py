@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sloop_ppl.eval.crossval import examples_of
     from sloop_ppl.eval.describe import SetSummary, describe_set
     from sloop_ppl.eval.descriptions import (
         DescribedScene,
@@ -34,6 +35,7 @@ __all__ = [
     "TrialKey",
     "bundled_examples",
     "describe_set",
+    "examples_of",
     "read_descriptions",
     "read_results",
     "score_beliefs",
@@ -41,6 +43,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "crossval": ("examples_of",),
     "describe": ("SetSummary", "describe_set"),
     "descriptions": (
         "DescribedScene",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +12,8 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval.candidates import CANDIDATES, FAMILIES
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.inventory import map_finder
+from sloop_ppl.eval.kept_fits import KeptFits
+from sloop_ppl.eval.manifest import file_digest, git_state, model_digest, packages
 from sloop_ppl.eval.quality_files import models_named
 from sloop_ppl.eval.quality_report import quality_tables
 from sloop_ppl.eval.selection import Selection, select_model
@@ -42,7 +43,7 @@ def fit_files(
     out : JSON file of the numbers, which ``--params`` reads.
     models : candidates, separated by commas; the likelihood families when None.
     maps : folder of map files; None for the bundled maps.
-    progress : told a line per fit.
+    progress : told a line per fit, and one per round of it.
 
     Returns
     -------
@@ -52,31 +53,55 @@ def fit_files(
     Raises
     ------
     SloopError : when a file or a name cannot be used; before the work.
+
+    Notes
+    -----
+    Each finished fit is kept in a folder beside `out` that ends in ``.fits``, until the numbers
+    are written. Asked again, it takes those that were made of the same descriptions, maps,
+    models, code and packages; others are made anew.
     """
     chosen = candidates_named(models)
     check_output(out, (".json",))
     find = map_finder(maps)
     scenes = read_descriptions(files, find)
-    selection = select_model(
-        scenes,
-        chosen,
-        find,
-        references={_REFERENCE: PRESETS[_REFERENCE]},
-        progress=progress,
-    )
+    names = [Path(file).name for file in files]
+    digests = {
+        name if names.count(name) == 1 else str(file): file_digest(file)
+        for name, file in zip(names, files, strict=True)
+    }
+    made_of = {
+        "sloop_ppl": __version__,
+        "git": git_state(),
+        "packages": packages(),
+        "descriptions": digests,
+        "maps": {name: find(name).digest for name in dict.fromkeys(s.map for s in scenes)},
+        "models": {name: model_digest(name, model) for name, model in chosen.items()},
+    }
+    kept = KeptFits(Path(out).with_suffix(".fits"), made_of, progress)
+    try:
+        selection = select_model(
+            scenes,
+            chosen,
+            find,
+            references={_REFERENCE: PRESETS[_REFERENCE]},
+            kept=kept,
+            progress=progress,
+        )
+    except KeyboardInterrupt:
+        if progress and kept.count:
+            progress(f"finished fits kept in {kept.path}: {kept.count}; the same command goes on")
+        raise
     fitted = replace(
         selection.fitted,
         provenance={
             **selection.fitted.provenance,
             "sloop_ppl": __version__,
-            "descriptions": {
-                Path(file).name: hashlib.sha256(Path(file).read_bytes()).hexdigest()
-                for file in files
-            },
+            "descriptions": digests,
             "selection": selection.to_json(),
         },
     )
     fitted.save(out)
+    kept.remove()
     return selection, fitted
 
 

@@ -18,7 +18,7 @@ from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.eval.quality_report import quality_figure, quality_tables
 from sloop_ppl.eval.table_lines import table_lines
-from sloop_ppl.models import PRESETS, Preset
+from sloop_ppl.models import PRESETS, Preset, fitting_note
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -65,6 +65,9 @@ def score_quality(
     find = map_finder(maps)
     scenes = read_descriptions(files, find)
     fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
+    if progress and not cv:  # else they are fitted below
+        for note in filter(None, map(fitting_note, chosen.values())):
+            progress(note)
     refits = cross_validated(scenes, fitted, find, kept=fits, progress=progress) if cv else {}
     quality = score_beliefs(
         scenes,

@@ -11,6 +11,7 @@ import numpy as np
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.kept_fits import KeptFits
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.inference.learning import Fitted, fit, log_scores
 from sloop_ppl.maps import CityMap, load_map
@@ -68,6 +69,7 @@ def select_model(
     references: Mapping[str, Preset] | None = None,
     learn: Sequence[str] | None = None,
     iterations: int = 40,
+    kept: KeptFits | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Selection:
     """Fit every candidate with each map left out, choose, and fit the choice to all maps.
@@ -81,7 +83,8 @@ def select_model(
     references : name -> model that is scored beside the candidates as it is.
     learn : what is learnt; see :func:`sloop_ppl.inference.fit`.
     iterations : at most this many of L-BFGS per fit.
-    progress : told a line per fit.
+    kept : fits that were made before, and where those made now are kept.
+    progress : told a line per fit, and one per round of it.
 
     Raises
     ------
@@ -105,18 +108,31 @@ def select_model(
         for name in maps
     }
     fits: dict[tuple[str, frozenset[str]], Preset] = {}
+    total, say = _number_of_fits(len(candidates), len(maps)), progress or _say_nothing
+
+    def fitted_to(candidate: str, used: Sequence[str], *, intervals: bool) -> Fitted:
+        found = kept.get(candidate, used) if kept is not None else None
+        if found is None:
+            which = f"fit {len(fits) + 1} of {total}, {candidate} to {', '.join(used)}"
+            found = fit(
+                [example for name in used for example in examples[name]],
+                candidates[candidate],
+                learn=learn,
+                iterations=iterations,
+                intervals=intervals,
+                progress=lambda line: say(f"{which}: {line}"),
+            )
+            if kept is not None:
+                kept.keep(candidate, used, found)
+            say(f"{which}: done, {found.provenance['mean_log_score_after']:.3f} there")
+        return found
 
     def without(candidate: str, *left_out: str) -> Preset:
         used = [name for name in maps if name not in left_out]
         key = (candidate, frozenset(used))
         if key not in fits:
-            known = [example for name in used for example in examples[name]]
-            model = candidates[candidate]
-            fitted = fit(known, model, learn=learn, iterations=iterations, intervals=False)
-            fits[key] = fitted.apply(model)
-            if progress:
-                score = fitted.provenance["mean_log_score_after"]
-                progress(f"{candidate} fitted to {', '.join(used)}: {score:.3f} there")
+            fitted = fitted_to(candidate, used, intervals=False)
+            fits[key] = fitted.apply(candidates[candidate])
         return fits[key]
 
     def mean_score(candidate: str, scored: Sequence[str], *left_out: str) -> float:
@@ -137,13 +153,23 @@ def select_model(
         **{c: {name: without(c, name) for name in maps} for c in candidates},
         **(references or {}),
     }
+    fitted = fitted_to(winner, maps, intervals=True)
     quality = score_beliefs(scenes, scored, find_map, rng=np.random.default_rng(0))
-    everything = [example for name in maps for example in examples[name]]
-    fitted = fit(everything, candidates[winner], learn=learn, iterations=iterations)
-    if progress:
-        progress(f"{winner} fitted to all: {fitted.provenance['mean_log_score_after']:.3f} there")
     return Selection(inner, chosen, winner, fitted, quality)
 
 
 def _best(scores: Mapping[str, float]) -> str:
     return max(scores, key=lambda name: scores[name])
+
+
+def _number_of_fits(candidates: int, maps: int) -> int:
+    """Return how many fits a choice takes: all candidates without each one and two maps, and one.
+
+    A single candidate is not chosen, so it is never fitted without two.
+    """
+    pairs = maps * (maps - 1) // 2 if candidates > 1 else 0
+    return candidates * (maps + pairs) + 1
+
+
+def _say_nothing(line: str) -> None:
+    del line

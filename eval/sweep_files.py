@@ -27,7 +27,7 @@ from sloop_ppl.eval.run_folder import RunFolder, writing
 from sloop_ppl.eval.sweep import Sweep, SweepProgress, ToldScene, run_sweep
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import Preset, fitting_note
 from sloop_ppl.search.space import SearchSpace
 
 __all__ = ["SweepRequest", "sweep_files"]
@@ -102,6 +102,9 @@ def sweep_files(
     if request.cv not in (None, "city"):
         raise UnknownName("cross-validation", str(request.cv), ["city"])
     models = models_named(request.models, request.params)
+    if not request.cv:  # else they are fitted below
+        for note in filter(None, map(fitting_note, models.values())):
+            say(note)
     ranges = _ranges(request.ranges)
     find = map_finder(request.maps)
     scenes = _scenes(request, find, say)

@@ -7,15 +7,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.inference.known_cells import Example, KnownCells, belief_scores, known_cells
 from sloop_ppl.models import Preset
+from sloop_ppl.models.likelihoods import summed_within
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.outputs import check_output, written_whole
 
@@ -26,6 +27,12 @@ _PATIENCE = 3
 _95_PERCENT = 1.959964
 _CLOSE = 1e-4
 """Gain of a round, in nats of all examples together, below which the fit ends."""
+
+_WITHIN = 1e-3
+"""How exactly frames are summed out on the way to the maximum, in nats of a cell."""
+
+_EXACTLY = 1e-9
+"""The same for scores that are told, and where gradients are subtracted from one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +66,15 @@ class Fitted:
             "intervals": self.intervals,
             "provenance": self.provenance,
         }
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> Fitted:
+        """Return what `to_json` told."""
+        ends = {
+            section: {name: (float(low), float(high)) for name, (low, high) in numbers.items()}
+            for section, numbers in told["intervals"].items()
+        }
+        return cls(told["model"], told["parameters"], ends, told["provenance"])
 
     def save(self, path: str | Path) -> None:
         """Write them as JSON, which ``--params`` and ``load_parameters`` read.
@@ -151,22 +167,30 @@ def maximise(
 
     Parameters
     ----------
-    free : what is learnt.
-    known, checks : what it is learnt from, and what tells when to stop.
-    iterations : at most this many of L-BFGS, > 0.
-    progress : told a line per round.
+    free
+        What is learnt.
+    known, checks
+        What it is learnt from, and what tells when to stop.
+    iterations
+        At most this many of L-BFGS, > 0.
+    progress
+        Told a line per round.
 
     Raises
     ------
-    InputError : when the score is not a number where it starts.
-    """
-    z = free.start.clone().requires_grad_(True)
+    InputError
+        When the score or its gradient is not a number where it starts.
 
-    def loss() -> Tensor:
-        return 0.5 * (z - free.centre).square().sum() - known.scores(free, z, {}).sum()
+    Notes
+    -----
+    On the way frames are summed out to .001 nats of a cell (`summed_within`), which spares most
+    directions of a likelihood without a closed form. The scores told of the start and the end are
+    those of the full sum, and so is what the held-out examples say.
+    """
+    z = free.start.clone()
 
     def mean_score(of: KnownCells) -> float:
-        with torch.no_grad():
+        with torch.no_grad(), summed_within(_EXACTLY):
             return float(of.scores(free, z, {}).mean())
 
     before = mean_score(known)
@@ -175,23 +199,19 @@ def maximise(
             f"The {known.told} is {before} under model '{free.model.name}'; expected a finite "
             "number: give the model a lapse, or a likelihood that nowhere is 0"
         )
+    z.requires_grad_(True)
+    descent = _Descent(free, known, z)
     optimiser = torch.optim.LBFGS([z], max_iter=_ROUND, line_search_fn="strong_wolfe")
-
-    def closure() -> Tensor:
-        optimiser.zero_grad()
-        value = loss()
-        value.backward()
-        return value
-
     best, best_z, waited, done, last = -math.inf, z.detach().clone(), 0, 0, math.inf
     while done < iterations and waited < _PATIENCE:
-        optimiser.step(closure)
+        optimiser.step(descent)
         done += _ROUND
-        with torch.no_grad():
-            value = float(loss())
-        now = -value if checks is None else mean_score(checks)
+        value, mean = descent.now()
+        if checks is not None:
+            mean = mean_score(checks)
+        now = -value if checks is None else mean
         if progress:
-            progress(f"{done} iterations: mean log score {mean_score(checks or known):.4f}")
+            progress(f"{done} iterations: mean log score {mean:.4f}")
         if math.isfinite(now) and now > best + 1e-5:
             best, best_z, waited = now, z.detach().clone(), 0
         else:
@@ -203,9 +223,99 @@ def maximise(
         z.copy_(best_z)
     return best_z, {
         "iterations": done,
+        "steps_refused": descent.refused,
         "mean_log_score_before": before,
         "mean_log_score_after": mean_score(known),
     }
+
+
+class _Met(NamedTuple):
+    """What was found at some numbers: the loss, the mean score, and the loss's gradient."""
+
+    loss: float
+    mean_score: float
+    gradient: Tensor
+
+
+class _Descent:
+    """The loss that L-BFGS descends, with a value and a gradient wherever a step may lead.
+
+    Parameters
+    ----------
+    free
+        What is learnt.
+    known
+        What it is learnt from.
+    z
+        The numbers, shape (P,), which the optimiser moves.
+
+    Attributes
+    ----------
+    refused
+        How many steps led to no number.
+    """
+
+    def __init__(self, free: FreeParameters, known: KnownCells, z: Tensor) -> None:
+        self._free, self._known, self._z = free, known, z
+        self._met: dict[bytes, _Met] = {}
+        self._last, self._worst = z.detach().clone(), -math.inf
+        self.refused = 0
+
+    def __call__(self) -> Tensor:
+        """Return the loss and leave its gradient with the numbers.
+
+        A step to where the score or its gradient is no number, or a parameter leaves its range,
+        meets a slope that leads back, above all that was met before: the line search shortens it.
+        """
+        met = self._met.get(self._key)
+        if met is None:
+            met = self._found()
+            if not self._met:
+                self._check_start(met)
+            if not (math.isfinite(met.loss) and bool(met.gradient.isfinite().all())):
+                self.refused += 1
+                away = self._z.detach() - self._last
+                self._z.grad = 2 * away
+                return self._worst + 1 + away.square().sum()
+            self._met[self._key] = met
+            self._last, self._worst = self._z.detach().clone(), max(self._worst, met.loss)
+        self._z.grad = met.gradient.clone()
+        return torch.tensor(met.loss, dtype=torch.float64)
+
+    def _check_start(self, met: _Met) -> None:
+        """Refuse a start whose gradient leads nowhere."""
+        named = zip(self._free.names, met.gradient, strict=True)
+        astray = [name for name, slope in named if not bool(slope.isfinite())]
+        if astray:
+            raise InputError(
+                f"The {self._known.told} has no gradient in {', '.join(astray)} under model "
+                f"'{self._free.model.name}' where the fit starts; expected finite numbers: "
+                "check_likelihood tries a likelihood's gradients"
+            )
+
+    def now(self) -> tuple[float, float]:
+        """Return the loss and the mean score where the numbers are; NaN where there is none."""
+        met = self._met.get(self._key) or self._found()
+        return met.loss, met.mean_score
+
+    @property
+    def _key(self) -> bytes:
+        # L-BFGS asks again for what it has been told: where each of its rounds starts.
+        return self._z.detach().numpy().tobytes()
+
+    def _found(self) -> _Met:
+        z = self._z
+        z.grad = None
+        try:
+            with summed_within(_WITHIN):
+                scores = self._known.scores(self._free, z, {})
+                loss = 0.5 * (z - self._free.centre).square().sum() - scores.sum()
+                (gradient,) = torch.autograd.grad(loss, z)
+        except SloopError:
+            if not self._met:
+                raise  # where it starts a mistake is one
+            return _Met(math.nan, math.nan, torch.zeros_like(z))
+        return _Met(float(loss.detach()), float(scores.detach().mean()), gradient)
 
 
 def curvature(free: FreeParameters, known: KnownCells, z: Tensor) -> Tensor | None:
@@ -222,8 +332,9 @@ def curvature(free: FreeParameters, known: KnownCells, z: Tensor) -> Tensor | No
             at = z.clone()
             at[i] += sign * step
             at.requires_grad_(True)
-            loss = 0.5 * (at - free.centre).square().sum() - known.scores(free, at, {}).sum()
-            sides.append(torch.autograd.grad(loss, at)[0])
+            with summed_within(_EXACTLY):
+                loss = 0.5 * (at - free.centre).square().sum() - known.scores(free, at, {}).sum()
+                sides.append(torch.autograd.grad(loss, at)[0])
         rows.append((sides[0] - sides[1]) / (2 * step))
     hessian = torch.stack(rows)
     factor, failed = torch.linalg.cholesky_ex((hessian + hessian.T) / 2)

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, unfitted
+    from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, borrowed, fitting_note, unfitted
     from sloop_ppl.models.cell_priors import (
         CELL_PRIORS,
         CellPrior,
@@ -65,8 +65,10 @@ __all__ = [
     "RelationLikelihood",
     "RelationTerm",
     "SharedFrame",
+    "borrowed",
     "build",
     "cell_prior",
+    "fitting_note",
     "ground_description",
     "ground_relations",
     "intervene",
@@ -78,7 +80,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "bayes": ("BAYES", "UNFITTED_BAYES", "unfitted"),
+    "bayes": ("BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"),
     "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
     "components": ("COMBINATIONS", "Component"),
     "frames": (

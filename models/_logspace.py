@@ -18,12 +18,16 @@ LEAST_LOG = math.log(1e-300)
 
 
 def log1mexp(log_p: Tensor) -> Tensor:
-    """Return log(1 - exp(log_p)) for log_p <= 0, accurate near both ends; -inf at 0."""
-    near_one = log_p > -math.log(2)
+    """Return log(1 - exp(log_p)) for log_p <= 0, accurate near both ends; -inf at 0.
+
+    Its gradient at 0 is 0: an impossible phrase tells nothing of the numbers that made it so.
+    """
+    near_one, one = log_p > -math.log(2), log_p == 0
     # Each branch sees only arguments it is accurate (and finite in gradient) for.
-    small = torch.where(near_one, log_p, torch.full_like(log_p, -1.0))
+    small = torch.where(near_one & ~one, log_p, torch.full_like(log_p, -1.0))
     large = torch.where(near_one, torch.full_like(log_p, -1.0), log_p)
-    return torch.where(near_one, (-torch.expm1(small)).log(), torch.log1p(-large.exp()))
+    log_q = torch.where(near_one, (-torch.expm1(small)).log(), torch.log1p(-large.exp()))
+    return log_q.masked_fill(one, -math.inf)
 
 
 def log_normalise(log_p: Tensor) -> Tensor:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.resources import as_file, files
+from typing import Any
 
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
+from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
-__all__ = ["BAYES", "UNFITTED_BAYES", "unfitted"]
+__all__ = ["BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"]
 
 UNFITTED_BAYES = Preset(
     name="bayes",
@@ -40,9 +43,84 @@ BAYES = _fitted()
 """`bayes` with the numbers of ``data/models/bayes.json``, which ``sloop eval fit`` wrote."""
 
 
+def borrowed(model: Preset) -> tuple[str, ...]:
+    """Return the numbers that a model has from `bayes`, which were fitted for its likelihood.
+
+    Parameters
+    ----------
+    model
+        Any model; one with a likelihood of its own that took the place of that of `bayes` keeps
+        the numbers of `bayes` until it is fitted, or they are set.
+
+    Returns
+    -------
+    tuple of str
+        Of ``lapse``, ``temper``, the frames' ``kappa`` and ``absolute``, and ``weights`` those
+        that are still the shipped ones; none for a model whose likelihood is of the same type as
+        that of `bayes`, or that is not made of `bayes`.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from sloop_ppl.models import LIKELIHOODS
+    >>> borrowed(replace(BAYES, likelihood=LIKELIHOODS["gaussian-clipped"]))
+    ('lapse', 'temper', 'kappa', 'absolute', 'weights')
+    """
+    likelihood = model.likelihood
+    kind = type(likelihood.inner if isinstance(likelihood, GuardedLikelihood) else likelihood)
+    if kind is type(BAYES.likelihood):
+        return ()
+    fitted, own = _numbers(BAYES), _numbers(model)
+    return tuple(name for name, value in fitted.items() if own.get(name) == value)
+
+
+def fitting_note(model: Preset) -> str | None:
+    """Return one line that says which numbers were fitted for another likelihood, if any were.
+
+    It says how to fit them, too. ``sloop`` prints it where such a model is used.
+    """
+    names = borrowed(model)
+    if not names:
+        return None
+    listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    user = ".py:" in model.name
+    command = f"sloop eval fit said.jsonl --models {model.name if user else 'FILE.py:NAME'}"
+    return (
+        f"note: {listed} of '{model.name}' were fitted for the likelihood of bayes, not for this "
+        f"one; {command} --out numbers.json fits them, --params numbers.json takes them"
+    )
+
+
 def unfitted(model: Preset) -> Preset:
     """Return where a fit of a model starts: `bayes` before its own fit, any other as it is.
 
-    What was learnt from a city must not leak into a fit that leaves that city out.
+    What was learnt from a city must not leak into a fit that leaves that city out, so a model
+    with another likelihood gives back what it has `borrowed` of `bayes`.
     """
-    return UNFITTED_BAYES if model == BAYES else model
+    if model == BAYES:
+        return UNFITTED_BAYES
+    names = borrowed(model)
+    if not names:
+        return model
+    changed: dict[str, Any] = {n: getattr(UNFITTED_BAYES, n) for n in names if n in _MODEL}
+    if "weights" in names:
+        changed["components"] = UNFITTED_BAYES.components
+    frames = {n: getattr(UNFITTED_BAYES.frame_prior, n) for n in names if n in _FRAMES}
+    prior: Any = model.frame_prior
+    if frames:
+        changed["frame_prior"] = replace(prior, **frames)
+    return replace(model, **changed)
+
+
+_MODEL = ("lapse", "temper")
+_FRAMES = ("kappa", "absolute")
+
+
+def _numbers(model: Preset) -> dict[str, Any]:
+    """Return what a fit of `bayes` learns beside the numbers of its likelihood, by name."""
+    frames = {name: getattr(model.frame_prior, name, None) for name in _FRAMES}
+    return {
+        **{name: getattr(model, name) for name in _MODEL},
+        **frames,
+        "weights": model.components,
+    }

@@ -6,6 +6,7 @@ from sloop_ppl.models.likelihoods._marginal import (
     ClosedFormMarginal,
     frame_marginal,
     marginal_over,
+    summed_within,
 )
 from sloop_ppl.models.likelihoods._parameters import (
     Parameter,
@@ -35,5 +36,6 @@ __all__ = [
     "marginal_over",
     "parameters_of",
     "share_parameter",
+    "summed_within",
     "with_values",
 ]

@@ -21,6 +21,7 @@ from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
 from sloop_ppl.bridge.why import why_lines
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
+from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
 from sloop_ppl.plots import check_figure_path
 from sloop_ppl.rng import child
@@ -101,8 +102,9 @@ def run_request(
     config = _config(request)
     _check_outputs(request)
     posterior = _posterior(request, places)
-    for line in unresolved_lines(posterior):
-        tell(line)
+    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+        if line:
+            tell(line)
     if on_posterior is not None:
         on_posterior(posterior)
 

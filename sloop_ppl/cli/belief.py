@@ -62,13 +62,15 @@ def infer(
 
     from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge.requests import posterior_of
+    from sloop_ppl.models import fitting_note
 
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
         params=params, prior=prior, rng=np.random.default_rng(seed),
     )  # fmt: skip
-    for line in unresolved_lines(posterior):
-        progress(line)
+    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+        if line:
+            progress(line)
     if out:
         posterior.save(out)
     if figure:

@@ -27,7 +27,10 @@ def fit(
     maps: Maps = None,
     json: Json = False,
 ) -> None:
-    """Fit models with each map left out, choose inside the folds, and fit the best to all."""
+    """Fit models with each map left out, choose inside the folds, and fit the best to all.
+
+    Ctrl-C keeps the finished fits; the same command goes on from there.
+    """
     from sloop_ppl.eval.fit_files import fit_files, fit_tables
     from sloop_ppl.eval.table_lines import table_lines
 

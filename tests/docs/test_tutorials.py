@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shlex
 import sys
 import tomllib
 from pathlib import Path
@@ -10,6 +12,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
+from sloop_ppl.cli import main
 from sloop_ppl.inference import ENGINES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -48,6 +51,35 @@ def test_the_page_on_likelihoods_runs(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "compared.png").stat().st_size > 30_000
 
 
+def test_the_way_from_descriptions_to_numbers(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (mine,) = [code for code in blocks("python") if code.startswith("# mine.py\n")]
+    (tmp_path / "mine.py").write_text(mine)
+    section = PAGE.split("## Fit it to what people said")[1].split("\n## ")[0]
+    notes, names = [], {}
+    for kind, code in re.findall(r"```(python|)\n(.*?)```", section, re.DOTALL):
+        if kind:
+            exec(compile(code, "your_own_likelihood.md, fitting", "exec"), names)
+            continue
+        for line in code.splitlines():
+            with pytest.raises(SystemExit) as done:
+                main(shlex.split(line)[1:])
+            out, err = capsys.readouterr()
+            assert done.value.code in (0, None), err
+            notes += [told for told in err.splitlines() if told.startswith("note: ")]
+            assert out
+    assert notes == []  # it is fitted, or --params sets what was borrowed
+    told = json.loads((tmp_path / "mine.json").read_text())
+    assert set(told["parameters"]) == {"likelihood", "model", "frames", "weights"}
+    assert told["provenance"]["selection"]["winner"] == "mine.py:Cardioid"
+    assert not (tmp_path / "mine.fits").exists()
+    # The command's last fit is the one that Python makes of the same examples.
+    for section, numbers in json.loads((tmp_path / "all.json").read_text())["parameters"].items():
+        for name, value in numbers.items():
+            assert told["parameters"][section][name] == pytest.approx(value, rel=1e-3)
+    assert capsys.readouterr().out.startswith("note: lapse, temper, kappa, absolute and weights of")
+
+
 def test_the_parameters_of_the_page_are_some():
     from sloop_ppl.models import preset
     from sloop_ppl.models.tuning import with_parameters
@@ -60,5 +92,6 @@ def test_the_parameters_of_the_page_are_some():
 
 def test_every_link_of_the_page_leads_somewhere():
     links = re.findall(r"\]\((?!http)([^)]+)\)", PAGE)
-    assert len(links) == 2
-    assert [link for link in links if not (DOCS / link).exists()] == []
+    assert len(links) == 4
+    files = [link.partition("#")[0] for link in links]
+    assert [file for file in files if not (DOCS / file).exists()] == []

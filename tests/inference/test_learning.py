@@ -1,7 +1,9 @@
 """Parameters learnt from known cells."""
 
 import math
-from dataclasses import replace
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,11 +11,14 @@ import torch
 
 import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval import bundled_examples
+from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.inference import infer_description
 from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.inference.known_cells import BeliefScore, WordScore, known_cells
 from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, maximise
-from sloop_ppl.models import LIKELIHOODS, preset
+from sloop_ppl.models import LIKELIHOODS, UNFITTED_BAYES, preset
+from sloop_ppl.models.likelihoods import StudentVonMisesLikelihood
 from sloop_ppl.models.simulate import SPEAKER, simulate
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 from sloop_ppl.models.vocabulary import speakable_grounds
@@ -166,6 +171,79 @@ def test_a_score_that_is_no_number_is_refused(examples):
 
     with pytest.raises(InputError, match="The score is nan under model 'speaker'; expected a fin"):
         maximise(FreeParameters(SPEAKER, ["near_m"]), Broken(), iterations=5)
+
+
+class Walled:
+    """A score that is no number, or an error, beyond a place short of its maximum."""
+
+    size, told = 1, "score"
+
+    def __init__(self, beyond):
+        self.beyond = beyond
+
+    def scores(self, free, z, deviations):
+        if float(z[0].detach()) > 1.5:
+            if isinstance(self.beyond, Exception):
+                raise self.beyond
+            return (z[0] * self.beyond)[None]
+        return 40 * z[0][None]
+
+
+@pytest.mark.parametrize("beyond", [math.nan, -math.inf, InputError("out of range")], ids=repr)
+def test_a_step_to_no_number_is_shortened(beyond):
+    found, told = maximise(FreeParameters(SPEAKER, ["near_m"]), Walled(beyond), iterations=40)
+    assert told["steps_refused"] > 0
+    assert 1.0 < float(found[0]) <= 1.5
+    assert math.isfinite(told["mean_log_score_after"])
+
+
+def test_a_start_without_a_gradient_is_refused():
+    class Flat(Walled):
+        def scores(self, free, z, deviations):
+            return (z[:1] * 0).sqrt()
+
+    with pytest.raises(InputError, match="The score has no gradient in near_m under model 'spe"):
+        maximise(FreeParameters(SPEAKER, ["near_m", "tail"]), Flat(0.0), iterations=5)
+
+
+def test_every_number_of_bayes_is_learnt_from_denials_too():
+    """Cells on the street that the target is not on used to make the whole gradient NaN."""
+    denied = [s for s in bundled_examples() if any(r.negated and r.relation == "on" for r in
+              s.relations)]  # fmt: skip
+    found = fit(examples_of(denied), UNFITTED_BAYES, iterations=10)
+    assert found.provenance["mean_log_score_after"] > found.provenance["mean_log_score_before"]
+    assert abs(found.provenance["moved"]["contact_street_m"]) > 0.01
+
+
+@dataclass(frozen=True)
+class OpenStudent:
+    """A likelihood of a user's: no closed form, so its frames are summed by quadrature."""
+
+    parameters: ClassVar = StudentVonMisesLikelihood.parameters[6:7]
+    directed_m: float = 20.0
+
+    def log_g(self, term, direction_rad):
+        inner = StudentVonMisesLikelihood(directed_m=self.directed_m)
+        return inner.log_g(term, direction_rad)
+
+
+def test_few_directions_find_the_numbers_that_all_do(examples, model, monkeypatch):
+    from sloop_ppl.inference import learning
+
+    asked = []
+    mine = replace(model, likelihood=OpenStudent())
+    some, learn = examples[:4], ["directed_m", "lapse", "kappa"]
+    few = fit(some, mine, learn=learn, iterations=10)
+    monkeypatch.setattr(learning, "summed_within", lambda _: nullcontext(asked.append(1)))
+    whole = fit(some, mine, learn=learn, iterations=10)
+    assert asked
+    closed = fit(some, model, learn=learn, iterations=10)
+    for section, numbers in whole.parameters.items():
+        for name, value in numbers.items():
+            assert few.parameters[section][name] == pytest.approx(value, rel=1e-6)
+            assert closed.parameters[section][name] == pytest.approx(value, rel=1e-6)
+            ends = whole.intervals[section][name]
+            assert few.intervals[section][name] == pytest.approx(ends, rel=1e-5)
 
 
 class Gaussian:

@@ -7,7 +7,7 @@ import math
 import pytest
 import torch
 
-from sloop_ppl.models._logspace import log1mexp, look_up
+from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, look_up
 
 TABLE = torch.arange(24.0).reshape(2, 3, 4)
 
@@ -68,3 +68,12 @@ def test_log1mexp_has_a_finite_gradient():
     log_p = torch.tensor([-1e-9, -0.3, -50.0], dtype=torch.float64, requires_grad=True)
     log1mexp(log_p).sum().backward()
     assert torch.isfinite(log_p.grad).all()
+
+
+def test_log1mexp_of_a_certainty_has_no_slope():
+    log_p = torch.tensor([0.0, -1.0], dtype=torch.float64, requires_grad=True)
+    log_q = log1mexp(log_p)
+    log_q.clamp_min(LEAST_LOG).sum().backward()
+    assert float(log_q.detach()[0]) == -math.inf
+    assert float(log_p.grad[0]) == 0
+    assert float(log_p.grad[1]) < 0

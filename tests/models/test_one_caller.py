@@ -118,6 +118,8 @@ def test_every_engine_and_every_question(engine):
 def test_a_likelihood_without_a_closed_form():
     infer_description(SPOKEN, CITY, replace(MODEL, likelihood=OpenSpy()))
     infer_batch([SPOKEN], CITY, replace(MODEL, likelihood=OpenSpy()))
+    example = Example(SPOKEN, CITY, {TARGET: (3, 3)})
+    fit([example], replace(MODEL, likelihood=OpenSpy()), learn=["lapse"], iterations=1)
 
 
 def test_shared_frames():
