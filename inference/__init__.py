@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )
     from sloop_ppl.inference.export_geojson import cells_geojson, write_geojson
     from sloop_ppl.inference.factors import DescriptionFactor
-    from sloop_ppl.inference.frames import Framed, FrameSummary
+    from sloop_ppl.inference.frames import Framed, FrameSummary, modes_of
     from sloop_ppl.inference.hierarchical import sample_parameters
     from sloop_ppl.inference.infer import infer_batch, infer_description
     from sloop_ppl.inference.influence import Influence
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference.learning import Example, Fitted, fit
     from sloop_ppl.inference.parameter_draws import ParameterDraws, ParameterSummary
     from sloop_ppl.inference.posterior import Posterior
+    from sloop_ppl.inference.predictive import PhraseCheck
     from sloop_ppl.inference.prior import log_priors
     from sloop_ppl.inference.sampling import Nuts, Svi
     from sloop_ppl.inference.summaries import (
@@ -71,6 +72,7 @@ __all__ = [
     "Nuts",
     "ParameterDraws",
     "ParameterSummary",
+    "PhraseCheck",
     "Place",
     "Posterior",
     "Svi",
@@ -86,6 +88,7 @@ __all__ = [
     "infer_description",
     "log_priors",
     "mode_m",
+    "modes_of",
     "probability_in",
     "rank_models",
     "sample_parameters",
@@ -99,7 +102,7 @@ _HOMES = {
     "engines": ("ENGINES", "Engine", "Enumerate", "Exact", "Importance", "InferenceInfo"),
     "export_geojson": ("cells_geojson", "write_geojson"),
     "factors": ("DescriptionFactor",),
-    "frames": ("Framed", "FrameSummary"),
+    "frames": ("Framed", "FrameSummary", "modes_of"),
     "hierarchical": ("sample_parameters",),
     "infer": ("infer_batch", "infer_description"),
     "influence": ("Influence",),
@@ -108,6 +111,7 @@ _HOMES = {
     "learning": ("Example", "Fitted", "fit"),
     "parameter_draws": ("ParameterDraws", "ParameterSummary"),
     "posterior": ("Posterior",),
+    "predictive": ("PhraseCheck",),
     "prior": ("log_priors",),
     "sampling": ("Nuts", "Svi"),
     "summaries": (

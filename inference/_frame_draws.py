@@ -14,11 +14,12 @@ __all__ = ["draw_frame", "framed_sites"]
 
 def framed_sites(data: ProgramData) -> dict[str, FrameDistribution]:
     """Return the continuous sites of the program with ``frames="density"``, and their priors."""
-    return {
-        f"{target}/frame_{j}": phrase.frames[0]
-        for target, j, phrase in data.framed_phrases()
-        if phrase.frames and not all(frame.is_point for frame in phrase.frames)
-    }
+    found = {}
+    for target, j, phrase in data.framed_phrases():
+        spread = [one for one in phrase.frames or () if one is not None and not one.is_point]
+        if spread:
+            found[f"{target}/frame_{j}"] = spread[0]  # the program refuses others beside it
+    return found
 
 
 def draw_frame(prior: FrameDistribution, n: int, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -22,13 +22,13 @@ from sloop_ppl.inference.joint import LogTable, sum_product
 from sloop_ppl.models import (
     Component,
     FrameDistribution,
+    Latent,
     Program,
     ProgramData,
     RelationTerm,
-    program_data,
 )
 from sloop_ppl.models.grounding import Phrase
-from sloop_ppl.models.program import summed_phrase
+from sloop_ppl.models.program import SummedPhrase, log_held, summed_phrase, with_lapse
 
 __all__ = ["FRAME_BINS", "PhraseLatents", "PhraseTables", "latents_of_phrases"]
 
@@ -68,9 +68,7 @@ class PhraseTables:
     @cached_property
     def log_phi(self) -> LogTable:
         """Log of the phrase's factor, its own latents summed out, over shared latents and cell."""
-        with torch.no_grad():
-            table = summed_phrase(self.data, self.data.model.likelihood, self.relation).log_phi
-        return LogTable((*self.shared, "cell"), table)
+        return LogTable((*self.shared, "cell"), self._summed.log_phi)
 
     @property
     def log_phi_alone(self) -> Table:
@@ -98,33 +96,54 @@ class PhraseTables:
             )
         return self.phrase.frames[0]
 
-    def log_phi_given_frame(self, angles_rad: Table) -> LogTable:
-        """Return the log of the phrase's factor for some directions its ground may face.
+    def log_phi_given_frame(
+        self, angles_rad: Table, cells: NDArray[np.intp] | None = None
+    ) -> Tensor:
+        """Return what `log_meant` does with the lapse mixed in."""
+        log_p = self.log_meant(angles_rad, cells)
+        return with_lapse(log_p, self.data.model, self.data.log_uninformative)
+
+    def log_meant(self, angles_rad: Table, cells: NDArray[np.intp] | None = None) -> Tensor:
+        """Return the log of the phrase's factor for some directions its ground may face, if meant.
 
         Parameters
         ----------
         angles_rad
             Radians, shape (B,).
+        cells
+            Cells that are wanted, shape (C,); all of them when None.
 
         Returns
         -------
-        LogTable
-            Over ``"draw"`` (the angles), shared latents and cell; lapse and declared latents of
-            its own are summed out.
+        Tensor
+            Shape (B, V..., C), V the values of each shared latent; declared latents of its own
+            are summed out, and there is no lapse.
+
+        Notes
+        -----
+        The program is run on the wanted cells alone for log g; what divides it, the sum over the
+        whole map, was kept when the phrase was weighed.
         """
-        frame = self.frame
-        if frame is not None and frame.is_point:  # a site of its points, not of angles
-            points = np.array([part.mean_rad for part in frame.parts])
-            prior = torch.tensor([part.weight for part in frame.parts], dtype=torch.float64).log()
-            joint = self.log_joint(("frame",))
-            away = np.abs(np.angle(np.exp(1j * (angles_rad[:, None] - points)))).argmin(1)
-            rest = joint.values if joint.latents[0] == "frame" else joint.values[None]
-            given = rest - prior.reshape(-1, *(1,) * (rest.dim() - 1))
-            latents = tuple(name for name in joint.latents if name != "frame")
-            return LogTable(("draw", *latents), given[torch.from_numpy(away)])
-        angles = torch.from_numpy(np.ascontiguousarray(angles_rad))
-        program = Program(self._alone, "density")
-        return self._table(program, ("draw",), {f"{_ALONE}/frame_0": angles})
+        model, summed, own = self.data.model, self._summed, self.phrase.own
+        relation = self.relation if cells is None else self.relation.at(cells)
+        if self.frame is not None and self.frame.is_point:  # a site of its points, not of angles
+            points = np.array([part.mean_rad for part in self.frame.parts])
+            which = np.abs(np.angle(np.exp(1j * (angles_rad[:, None] - points)))).argmin(1)
+            program = Program(self._raw(relation), "bins")
+            tables = self._sites(program, None)[f"{_ALONE}/holds_0"]
+            log_g = tables.aligned((f"{_ALONE}/frame_0", *self._axes))
+            log_g = log_g[torch.from_numpy(which) if len(points) > 1 else which * 0]
+        else:
+            angles = torch.from_numpy(np.ascontiguousarray(angles_rad))
+            program = Program(self._raw(relation), "density")
+            given = {f"{_ALONE}/frame_0": angles}
+            log_g = self._sites(program, given)[f"{_ALONE}/holds_0"].aligned((DRAW, *self._axes))
+        peak = summed.log_peak if summed.log_peak.dim() == 1 else summed.log_peak[..., 0]
+        log_p = log_held(log_g, self.relation, model, peak) - summed.log_z
+        log_p = torch.where(self.phrase.reliable[..., 0], log_p, self.data.log_uninformative)
+        for latent in reversed(own):
+            log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
+        return log_p
 
     def log_joint(self, own: Sequence[str], bins: int = FRAME_BINS) -> LogTable:
         """Return the log joint of latents of the phrase's own with its factor, priors included.
@@ -156,6 +175,39 @@ class PhraseTables:
         return self._table(Program(self._alone, "bins", bins), tuple(own), None)
 
     @cached_property
+    def _summed(self) -> SummedPhrase:
+        with torch.no_grad():
+            return summed_phrase(self.data, self.data.model.likelihood, self.relation)
+
+    @property
+    def _axes(self) -> tuple[str, ...]:
+        """The axes of the phrase's tables after that of the frame."""
+        return (*self.shared, *(latent.name for latent in self.phrase.own), f"{_ALONE}/cell")
+
+    def _raw(self, relation: RelationTerm) -> ProgramData:
+        """Return the program's data with an asserted phrase alone, of which nothing is divided."""
+        speaks = self.data.model.normalisation == "speaker"
+        model = replace(
+            self._alone.model,
+            lapse=0.0,
+            unreliable=0.0,
+            normalisation="speaker" if speaks else "truth",
+        )
+        log_prior = torch.zeros(1, relation.n_cells, dtype=torch.float64)
+        return replace(
+            self._alone,
+            relations=((replace(relation, negated=False),),),
+            model=model,
+            log_prior=log_prior,
+            tables={},
+            phrases={},
+        )
+
+    def _sites(self, program: Program, given: dict[str, Tensor] | None) -> dict[str, LogTable]:
+        with torch.no_grad():
+            return enumerated_sites(program, given, lambda name: name == f"{_ALONE}/holds_0")
+
+    @cached_property
     def _alone(self) -> ProgramData:
         """The program's data with this phrase alone, said literally and untempered."""
         model = replace(
@@ -166,7 +218,21 @@ class PhraseTables:
             error_m=0.0,
             informed_sigma_m=None,
         )
-        return program_data({_ALONE: (self.relation,)}, self.data.city, model)
+        size = self.data.n_cells
+        uniform = torch.full((1, size), -math.log(size), dtype=torch.float64)
+        concerned = (
+            latent
+            for latent in self.data.shared
+            if isinstance(latent, Latent) and latent.is_about(self.relation)
+        )
+        return ProgramData(
+            (_ALONE,),
+            ((self.relation,),),
+            self.data.city,
+            model,
+            uniform,
+            own=(*self.phrase.own, *concerned),
+        )
 
     def log_prior(self, own: Sequence[str], bins: int = FRAME_BINS) -> LogTable:
         """Return the log joint prior of latents of the phrase's own."""
@@ -266,6 +332,8 @@ def latents_of_phrases(
     others |= {"component": name(f"{target}/component"), "cell": f"{target}/cell"}
     found = []
     for j, relation in enumerate(data.relations[i]):
+        if not data.reads[i][j].any():  # the program has no such sites either
+            continue
         tables = PhraseTables(data, relation)
         names = {latent.name: name(latent.name) for latent in tables.phrase.own}
         if data.model.lapse:

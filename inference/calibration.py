@@ -32,7 +32,7 @@ from sloop_ppl.inference.frames import Framed, FramePosterior, directions, frame
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import PredictedSpread, Preset, RelationTerm
-from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
+from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate, speaker_of
 from sloop_ppl.rng import child
 
 __all__ = ["FAULTS", "Calibration", "Fault", "calibrate", "plot_calibration", "power"]
@@ -87,7 +87,7 @@ def calibrate(
     n: int,
     *,
     rng: np.random.Generator,
-    model: Preset = SPEAKER,
+    model: str | Preset = SPEAKER,
     fault: Fault | None = None,
     phrases: int = 2,
     near: int | None = None,
@@ -99,7 +99,7 @@ def calibrate(
     city : the map; coarse cells make it fast.
     n : number of descriptions whose latents are ranked, >= 0.
     rng : draws the descriptions and breaks ties; description i is the same whatever `n`.
-    model : what the descriptions are drawn from.
+    model : what the descriptions are drawn from and inferred with, as a speaker.
     fault : what is wrong with inference; nothing when None.
     phrases : phrases of each of these descriptions.
     near : number of other descriptions for the slopes of the cell, of targets near a cluster of
@@ -123,6 +123,7 @@ def calibrate(
     Modrak et al. 2023, whose test quantities depend on the data too.
     """
     wrong = fault or Fault()
+    model = speaker_of(model)
     believed = wrong.model(model)
     rows: list[dict[str, float]] = []
     turns: list[tuple[float, float]] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -135,6 +135,10 @@ def compare(
     chosen = preset(model)
     # An unknown name is refused before the work.
     first = engine_of(reference)
+    if isinstance(engines, str) or not isinstance(engines or (), Iterable):
+        raise InputError(
+            f"engines is {engines!r}; expected several of them, such as ['enumerate', 'importance']"
+        )
     others = [engine_of(engine) for engine in (ENGINES if engines is None else engines)]
     right, _ = infer_description(
         description, city, chosen, first, prior=prior, rng=child(rng, "engine", first.name)

@@ -17,7 +17,7 @@ from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.inference._phrase_tables import PhraseLatents, latents_of_phrases
 from sloop_ppl.inference.engines import Engine
 from sloop_ppl.inference.joint import JointPosterior, LogTable
-from sloop_ppl.language import Description
+from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
     Preset,
@@ -28,7 +28,14 @@ from sloop_ppl.models import (
     true_places,
 )
 
-__all__ = ["DescriptionFactor", "check_description", "joint_posterior", "site_name", "weigh"]
+__all__ = [
+    "DescriptionFactor",
+    "by_speaker",
+    "check_description",
+    "joint_posterior",
+    "site_name",
+    "weigh",
+]
 
 Table = NDArray[np.float64]
 
@@ -37,12 +44,12 @@ _MOST_SETTINGS = 5184
 
 @dataclass(frozen=True, eq=False)
 class DescriptionFactor:
-    """What one description says of each target, weighed under a model.
+    """What one speaker says of each target, weighed under a model.
 
     Parameters
     ----------
-    description
-        The description.
+    descriptions
+        What the speaker said, one text or more: together they are one longer description.
     data
         What its program was run on.
     log_factors
@@ -50,7 +57,7 @@ class DescriptionFactor:
         nothing was said are left out.
     """
 
-    description: Description
+    descriptions: tuple[Description, ...]
     data: ProgramData
     log_factors: Mapping[str, Table]
 
@@ -58,6 +65,19 @@ class DescriptionFactor:
     def components(self) -> tuple[str, ...]:
         """Names of the mixture's components, K of them."""
         return tuple(part.name for part in self.data.model.components)
+
+    @property
+    def speaker(self) -> str | None:
+        """Who says it; None for a speaker of whom nothing else is known."""
+        return self.descriptions[0].speaker
+
+    def is_by(self, speaker: str | None) -> bool:
+        """Tell whether a speaker of this name said it; those without a name are all others."""
+        return speaker is not None and speaker == self.speaker
+
+    def about(self, target: str) -> tuple[SpatialRelation, ...]:
+        """Return what was said of a target, text by text."""
+        return tuple(r for said in self.descriptions for r in said.about(target))
 
     def relations(self, target: str) -> tuple[RelationTerm, ...]:
         """Return the grounded relations of a target."""
@@ -118,11 +138,10 @@ def joint_posterior(
             names = (*shared, component, f"{target}/cell")
             tables.append(LogTable(names, torch.from_numpy(table)))
             supports[component] = factor.components
-            own = latents_of_phrases(
+            phrases += latents_of_phrases(
                 factor.data, target, spoken[target], partial(site_name, which=which)
             )
-            phrases += own
-            spoken[target] += len(own)
+            spoken[target] += len(factor.relations(target))
     if settings > _MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "
@@ -131,8 +150,17 @@ def joint_posterior(
     return JointPosterior(tuple(tables), supports, tuple(phrases))
 
 
+def by_speaker(descriptions: Sequence[Description]) -> list[tuple[Description, ...]]:
+    """Return descriptions grouped by who said them, in the order in which speakers first speak."""
+    groups: dict[object, list[Description]] = {}
+    for i, description in enumerate(descriptions):
+        key = i if description.speaker is None else description.speaker
+        groups.setdefault(key, []).append(description)
+    return [tuple(group) for group in groups.values()]
+
+
 def weigh(
-    description: Description,
+    descriptions: Sequence[Description],
     city: CityMap,
     model: Preset,
     engine: Engine,
@@ -141,12 +169,12 @@ def weigh(
     truth: Mapping[str, tuple[float, float]] | None = None,
     rng: np.random.Generator | None = None,
 ) -> DescriptionFactor:
-    """Return what a description says of its targets.
+    """Return what one speaker says of targets.
 
     Parameters
     ----------
-    description
-        What was said.
+    descriptions
+        What the speaker said, one text or more.
     city, model, engine
         The map, the observation model and the engine.
     log_prior
@@ -165,12 +193,13 @@ def weigh(
     InputError
         For a missing truth, a description of another map, or an rng that is no generator.
     """
-    check_description(description, city)
+    for description in descriptions:
+        check_description(description, city)
     if rng is not None and not isinstance(rng, np.random.Generator):
         raise InputError(
             f"rng is a {type(rng).__name__}; expected a generator: numpy.random.default_rng(seed)"
         )
-    grounded = ground_description(description, city, model)
+    grounded = ground_description(descriptions, city, model)
     cells = np.stack([log_prior[target] for target in grounded])
     data = program_data(
         grounded,
@@ -180,8 +209,9 @@ def weigh(
         truths=true_places(truth, tuple(grounded), model),
     )
     tables = engine.weigh(data, rng)
+    _check_tables(tables, data, engine)
     return DescriptionFactor(
-        description,
+        tuple(descriptions),
         data,
         {
             t: table
@@ -189,6 +219,32 @@ def weigh(
             if data.is_located(i)
         },
     )
+
+
+def _check_tables(tables: object, data: ProgramData, engine: Engine) -> None:
+    """Refuse what an engine returns when its tables do not fit the program."""
+    shared = tuple(len(latent.support) for latent in data.shared)
+    shape = (*shared, len(data.model.components), data.n_cells)
+    n_targets = len(data.targets)
+    if not isinstance(tables, Sequence) or len(tables) != n_targets:
+        count = f"{len(tables)} of them" if isinstance(tables, Sequence) else type(tables).__name__
+        raise InputError(
+            f"Engine '{engine.name}' returned as tables {count}; expected a tuple of {n_targets}, "
+            "one for each target"
+        )
+    for target, table in zip(data.targets, tables, strict=True):
+        if not isinstance(table, np.ndarray) or table.shape != shape:
+            found = getattr(table, "shape", None)
+            of = type(table).__name__ if found is None else f"shape {tuple(found)}"
+            raise InputError(
+                f"Engine '{engine.name}' returned a table of {of} for '{target}'; expected a "
+                f"numpy array of shape {shape}: shared latents, components, cells"
+            )
+        if np.isnan(table).any():
+            raise InputError(
+                f"Engine '{engine.name}' returned NaN for '{target}'; expected log factors, -inf "
+                "where a cell is impossible"
+            )
 
 
 def check_description(description: Description, city: CityMap) -> None:

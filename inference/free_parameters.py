@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.models import Preset
+from sloop_ppl.models import Preset, latents_of
 from sloop_ppl.models.likelihoods import (
     Parameter,
     parameters_of,
@@ -57,7 +57,7 @@ class FreeParameters:
     """
 
     def __init__(self, model: Preset, learn: Sequence[str] | None) -> None:
-        if model.needs_truth or model.shared_frames or model.error_m or model.latents:
+        if model.needs_truth or model.shared_frames or model.error_m or latents_of(model):
             raise InputError(
                 f"Model '{model.name}' is told the truth, shares frames or an error, or declares "
                 "latents; such a model cannot be fitted"

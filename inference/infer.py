@@ -22,6 +22,7 @@ from sloop_ppl.models import (
     RelationTerm,
     ground_description,
     intervene,
+    latents_of,
     preset,
     program_data,
 )
@@ -64,7 +65,7 @@ def infer_description(
     check_description(description, city)
     targets = tuple(target.id for target in description.targets)
     log_prior = log_priors(prior, targets, city)
-    heard = weigh(description, city, chosen, method, log_prior, truth=truth, rng=rng)
+    heard = weigh((description,), city, chosen, method, log_prior, truth=truth, rng=rng)
     posterior = Posterior(
         city=city,
         model=chosen,
@@ -135,7 +136,7 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
-    if chosen.shared_frames or chosen.latents:
+    if chosen.shared_frames or latents_of(chosen):
         each = [infer_description(said, city, chosen, prior=prior)[0] for said in descriptions]
         return tuple({target: p.belief(target) for target in p.targets} for p in each)
     for said in descriptions:

@@ -183,10 +183,8 @@ class JointPosterior:
     @property
     def log_evidence(self) -> float:
         """Log of the sum of the product of the factors."""
-        kept = next(iter(self._kept.values()), None)  # any marginal sums to it
-        if kept is not None and all(n == len(self.support(v)) for v, n in kept.sizes.items()):
-            return float(torch.logsumexp(kept.values.reshape(-1), 0))
-        return float(self._log_table(()).values)
+        first = tuple(self.supports)[:1]  # a marginal that is kept anyway: they all sum to it
+        return float(np.logaddexp.reduce(self.log_weights(*first).reshape(-1)))
 
     def log_weights(self, *latents: str) -> NDArray[np.float64]:
         """Return the log weights of some latents, all others summed out, one axis for each.
@@ -223,8 +221,18 @@ class JointPosterior:
         InputError
             When what is given is impossible.
         """
+        if not isinstance(given or {}, Mapping):
+            raise InputError(
+                f"`given` is {given!r}; expected a mapping of latents to values, such as "
+                "{'T/component': 'literal'}"
+            )
         known = dict(given or {})
         for name in latents:
+            if not isinstance(name, str):
+                raise InputError(
+                    f"Latents are asked for by name and this is {name!r}; expected "
+                    "probabilities('T/cell', 'T/component')"
+                )
             if name in known or latents.count(name) > 1:
                 raise InputError(
                     f"Latent '{name}' is asked for twice, or both asked for and given; expected "

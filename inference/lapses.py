@@ -69,7 +69,7 @@ def lapses_of(
         names = [site_name(latent.name, which) for latent in data.shared]
         component = site_name(f"{target}/component", which)
         weights = joint.probabilities(*names, component, f"{target}/cell")  # (V..., K, S)
-        for index, relation in enumerate(factor.description.about(target)):
+        for index, relation in enumerate(factor.about(target)):
             terms = [term for term in factor.relations(target) if term.index == index]
             prior = 1 - (1 - data.model.lapse) ** len(terms)
             p = 0.0

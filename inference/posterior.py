@@ -16,9 +16,15 @@ from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, Unknow
 from sloop_ppl.inference._log_evidence import LogEvidence
 from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.inference.draws import draws_from, to_arviz, uniforms_for
-from sloop_ppl.inference.engines import Engine, InferenceInfo
+from sloop_ppl.inference.engines import Engine, Exact, InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
-from sloop_ppl.inference.factors import DescriptionFactor, joint_posterior, site_name, weigh
+from sloop_ppl.inference.factors import (
+    DescriptionFactor,
+    by_speaker,
+    joint_posterior,
+    site_name,
+    weigh,
+)
 from sloop_ppl.inference.frames import (
     Framed,
     FramePosterior,
@@ -32,6 +38,7 @@ from sloop_ppl.inference.frames import (
 from sloop_ppl.inference.influence import Influence, bits_between, without_relation
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.lapses import Lapse, lapses_of
+from sloop_ppl.inference.predictive import PhraseCheck, check_phrase
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.inference.store import StoredPosterior, load_parts, save_parts, to_dataset
 from sloop_ppl.inference.summaries import (
@@ -45,8 +52,8 @@ from sloop_ppl.inference.summaries import (
 from sloop_ppl.inference.utterances import utterances_about
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, RelationTerm
-from sloop_ppl.models.simulate import Simulated
+from sloop_ppl.models import Latent, Preset, RelationTerm
+from sloop_ppl.models.simulate import Simulated, speaker_of
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS
 
 if TYPE_CHECKING:
@@ -85,10 +92,12 @@ class Posterior:
 
     Notes
     -----
-    The posterior of a target's component and cell given all descriptions d is
-    prior(s) sensed(s) prod_d sum_k factor_d(k, s): a new component is drawn for each description,
-    so two updates are not one longer description, and updates commute. Frames that a description
-    shares between targets couple their beliefs: what is learnt of one tells of the other.
+    The posterior of a target's component and cell given what all speakers d said is
+    prior(s) sensed(s) prod_d sum_k factor_d(k, s). The component, the count of phrases that
+    tempering goes by, and shared frames belong to a speaker: two texts of one speaker are one
+    longer description, those of several multiply, and the order never matters. A text without a
+    name is a speaker by itself. Frames that a speaker shares between targets couple their beliefs:
+    what is learnt of one tells of the other.
     """
 
     city: CityMap
@@ -126,8 +135,8 @@ class Posterior:
 
     @property
     def descriptions(self) -> tuple[Description, ...]:
-        """The distinct descriptions, in the order they came."""
-        return tuple({id(f.description): f.description for f in self.factors}.values())
+        """The descriptions, speaker by speaker, in the order they came."""
+        return tuple(description for factor in self.factors for description in factor.descriptions)
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -136,7 +145,7 @@ class Posterior:
 
     def relations(self, target: str) -> tuple[SpatialRelation, ...]:
         """Return what was said of a target."""
-        return tuple(r for _, f in self._heard(target) for r in f.description.about(target))
+        return tuple(r for _, f in self._heard(target) for r in f.about(target))
 
     def grounded(self, target: str) -> tuple[RelationTerm, ...]:
         """Return what was said of a target, grounded; position j is that of the sites ``_j``."""
@@ -304,6 +313,51 @@ class Posterior:
         """Return p(front, cell), dims angle, y, x, for one frame; arguments as in :meth:`frame`."""
         return frame_table(self._frame(target, ground, relation), self.city.grid, bins)
 
+    # Latents that the model declares
+
+    @property
+    def latents(self) -> tuple[str, ...]:
+        """Names of the latents that the model declares, for each of those there are."""
+        names = []
+        for which, factor in enumerate(self.factors):
+            shared = [v.name for v in factor.data.shared if isinstance(v, Latent)]
+            own = [v.name for v in factor.data.own]
+            names += [site_name(name, which) for name in (*shared, *own)]
+        told = set(self.joint.latents)  # nothing tells of one whose phrase no component reads
+        return tuple(name for name in names if name in told)
+
+    def latent(self, name: str) -> xarray.DataArray:
+        """Return how probable each value of a declared latent is.
+
+        Parameters
+        ----------
+        name
+            One of `latents`.
+
+        Returns
+        -------
+        xarray.DataArray
+            Dim `name`, sums to one; its coordinate ``prior`` is what was believed before.
+
+        Raises
+        ------
+        UnknownName
+            When there is no such latent.
+        """
+        return self._latent_table(name, self.joint.probabilities(self._declared(name)[1]), ())
+
+    def joint_latent(self, name: str, target: str) -> xarray.DataArray:
+        """Return p(value, cell) of a declared latent and a target, dims `name`, y, x.
+
+        Raises
+        ------
+        UnknownName
+            When there is no such latent or target.
+        """
+        self._check(target)
+        table = self.joint.probabilities(self._declared(name)[1], f"{target}/cell")
+        return self._latent_table(name, table.reshape(-1, *self.city.grid.shape), ("y", "x"))
+
     # Phrases
 
     def phrase_tables(self, target: str) -> tuple[Table, ...]:
@@ -317,7 +371,7 @@ class Posterior:
         """
         tables = []
         for _, factor in self._heard(target):
-            for index in range(len(factor.description.about(target))):
+            for index in range(len(factor.about(target))):
                 own = [t for t in factor.relations(target) if t.index == index]
                 log_p = sum(PhraseTables(factor.data, term).log_phi_alone for term in own)
                 table = np.exp(log_p - np.max(log_p))
@@ -360,9 +414,71 @@ class Posterior:
         found = []
         for index, relation in enumerate(relations):
             kept = without_relation(self.descriptions, target, index)
-            other = self._told(kept, rng).belief(target)
+            other = self._having_heard(kept, rng).belief(target)
             found.append(Influence(relation, index, bits_between(belief, other), other))
         return tuple(found)
+
+    @property
+    def can_speak(self) -> bool:
+        """Tell whether the model has a speaker form; see `sloop_ppl.models.speaker_of`."""
+        try:
+            speaker_of(self.model)
+        except InputError:
+            return False
+        return True
+
+    def speaking(self, rng: np.random.Generator | None = None) -> Posterior:
+        """Return the posterior under the model's speaker form: the same words, prior and sensing.
+
+        Its log evidence is a probability of what was said, and ranks models.
+
+        Parameters
+        ----------
+        rng
+            Wanted by engines that draw.
+
+        Raises
+        ------
+        InputError
+            When the model cannot speak; see `sloop_ppl.models.speaker_of`.
+        """
+        return replace(self, model=speaker_of(self.model))._having_heard(self.descriptions, rng)
+
+    def predictive(self, target: str) -> tuple[PhraseCheck, ...]:
+        """Return how expected each phrase of a target was, given all the others.
+
+        Parameters
+        ----------
+        target
+            Id of the target.
+
+        Returns
+        -------
+        tuple of PhraseCheck
+            In the order of :meth:`relations`, under the model's speaker form; a relation to several
+            grounds without a meaning of its own is checked by its first.
+
+        Raises
+        ------
+        InputError
+            When the model cannot speak.
+        """
+        speaks = replace(self, model=speaker_of(self.model), method=Exact())
+        terms = {term.index: term for term in reversed(self._numbered(target))}
+        found = []
+        for index, relation in enumerate(self.relations(target)):
+            others = without_relation(self.descriptions, target, index)
+            belief = speaks._having_heard(others, None).belief(target).reshape(-1)
+            found.append(check_phrase(relation, index, terms[index], speaks.model, belief))
+        return tuple(found)
+
+    def _numbered(self, target: str) -> list[RelationTerm]:
+        """Return the grounded relations of a target, numbered as in :meth:`relations`."""
+        found, before = [], 0
+        for _, factor in self._heard(target):
+            found += [replace(t, index=t.index + before) for t in factor.relations(target)]
+            before += len(factor.about(target))
+        return found
 
     # Draws
 
@@ -435,6 +551,7 @@ class Posterior:
         """
         known = {t.id: t for d in self.descriptions for t in d.targets}
         who = known.get(target, target)
+        options.setdefault("speaker", speaker_of(self.model))
         return utterances_about(who, self.belief(target), self.city, n, rng=rng, **options)
 
     def noted(self, info: InferenceInfo) -> Posterior:
@@ -451,7 +568,9 @@ class Posterior:
         Parameters
         ----------
         description
-            What is said now. Targets not known so far start from a uniform prior.
+            What is said now. Targets not known so far start from a uniform prior. Of a speaker who
+            has spoken before (`Description.speaker`) it makes what was said one longer
+            description; any other speaker is independent of those before.
         rng
             Wanted by engines that draw.
 
@@ -462,21 +581,27 @@ class Posterior:
         BeliefCollapse
             When it excludes all that was believed.
         """
+        if not isinstance(description, Description):
+            raise InputError(
+                f"What is said is a {type(description).__name__}; expected a description: "
+                "parse(text, city)"
+            )
         if not description.targets:
             raise NoRelationFound(
                 f"'{description.text}' says nothing of any target; expected at least one relation"
             )
         targets = tuple(target.id for target in description.targets)
         uniform = log_priors(None, targets, self.city)
-        heard = weigh(description, self.city, self.model, self.method, uniform, rng=rng)
         nothing = dict.fromkeys(targets, np.zeros(self.city.grid.size))
+        before = {**self.log_prior, **{t: uniform[t] for t in targets if t not in self.targets}}
+        known = next((f for f in self.factors if f.is_by(description.speaker)), None)
+        texts = (*known.descriptions, description) if known else (description,)
+        heard = weigh(texts, self.city, self.model, self.method, before, rng=rng)
+        factors = tuple(heard if factor is known else factor for factor in self.factors)
         after = replace(
             self,
-            log_prior={
-                **self.log_prior,
-                **{t: uniform[t] for t in targets if t not in self.targets},
-            },
-            factors=(*self.factors, heard),
+            log_prior=before,
+            factors=factors if known else (*factors, heard),
             log_sensed={**nothing, **self.log_sensed},
         )
         return check_possible(after, description, self)
@@ -572,6 +697,26 @@ class Posterior:
             self.city, self.model, self.method, self.log_prior, self.factors, self.log_sensed
         )
 
+    def _declared(self, name: str) -> tuple[Latent, str]:
+        """Return a declared latent and its name in the joint posterior."""
+        if name not in self.latents:
+            raise UnknownName("latent of the model", name, self.latents)
+        for which, factor in enumerate(self.factors):
+            for latent in (*factor.data.shared, *factor.data.own):
+                if isinstance(latent, Latent) and site_name(latent.name, which) == name:
+                    return latent, name
+        raise UnknownName("latent of the model", name, self.latents)
+
+    def _latent_table(self, name: str, values: Table, dims: tuple[str, ...]) -> xarray.DataArray:
+        import xarray
+
+        latent, _ = self._declared(name)
+        grid = self.city.grid
+        coords: dict[str, Any] = {name: [str(value) for value in latent.support]}
+        coords["prior"] = (name, np.array(latent.prior))
+        coords |= {dim: {"y": grid.y_m, "x": grid.x_m}[dim] for dim in dims}
+        return xarray.DataArray(values, dims=(name, *dims), coords=coords, name="p")
+
     def _check(self, target: str) -> None:
         if target not in self.log_prior:
             raise UnknownName("target", target, self.targets)
@@ -600,13 +745,13 @@ class Posterior:
         framed = find_framed(self.framed(target), target, self.model.name, ground, relation)
         return FramePosterior(self.joint, self.factors[framed.which], target, framed)
 
-    def _told(
+    def _having_heard(
         self, descriptions: Sequence[Description], rng: np.random.Generator | None
     ) -> Posterior:
         """Return the posterior had other descriptions come; prior and sensing stay."""
         factors = tuple(
-            weigh(d, self.city, self.model, self.method, self.log_prior, rng=rng)
-            for d in descriptions
+            weigh(texts, self.city, self.model, self.method, self.log_prior, rng=rng)
+            for texts in by_speaker(descriptions)
         )
         return replace(self, factors=factors)
 

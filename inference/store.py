@@ -119,7 +119,9 @@ def to_dataset(
             "variant": parts.model.variant,
             "engine": parts.method.name,
             "log_evidence": log_evidence,
-            "descriptions": json.dumps([asdict(f.description) for f in parts.factors]),
+            "descriptions": json.dumps(
+                [[asdict(said) for said in factor.descriptions] for factor in parts.factors]
+            ),
             "truths": json.dumps([f.data.truths for f in parts.factors]),
             "map_geojson": json.dumps(to_geojson(parts.city)),
         },
@@ -137,7 +139,7 @@ def save_parts(
     Raises
     ------
     InputError
-        When the model is made of parts that are not registered.
+        When the model is made of parts that are not registered, or the engine is not.
     OutputError
         When the file cannot be written.
 
@@ -147,6 +149,11 @@ def save_parts(
     that a model with parameters of its own, or whose defaults change later, is read as it was.
     """
     target = check_output(path, (".nc",))
+    if not _is_registered(parts.method):
+        raise InputError(
+            f"Engine '{parts.method.name}' is not registered, so the file could not be read again; "
+            "register it first: sloop_ppl.inference.ENGINES.add(name, engine)"
+        )
     written = {
         "model_parts": json.dumps(parts_of(parts.model)),
         "engine_options": json.dumps(_options(parts.method)),
@@ -168,7 +175,7 @@ def load_parts(path: str | Path) -> StoredPosterior:
     if data.attrs.get("title") != _TITLE:
         raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
     if data.attrs.get("format") != _FORMAT:
-        texts = [str(d.get("text", "")) for d in json.loads(data.attrs.get("descriptions", "[]"))]
+        texts = _texts(data.attrs.get("descriptions"))
         again = f" from {'; '.join(repr(text) for text in texts)}" if any(texts) else ""
         raise InputError(
             f"Posterior '{path}' has format {data.attrs.get('format')}; expected {_FORMAT}; "
@@ -179,11 +186,24 @@ def load_parts(path: str | Path) -> StoredPosterior:
         return _from_dataset(data)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
-    except (InputError, TypeError, ValueError) as error:
-        raise InputError(f"Posterior '{path}' cannot be read: {error}") from error
+    except (InputError, TypeError, ValueError, LookupError, AttributeError) as error:
+        said = " ".join(str(error).split())
+        raise InputError(f"Posterior '{path}' cannot be read: {said}") from error
 
 
-def _check_sections(found: Mapping[str, int]) -> None:
+def _texts(written: Any) -> list[str]:
+    """Return what the descriptions of a file of another format say, as far as it can be read."""
+    try:
+        known = json.loads(written)
+    except (TypeError, ValueError):
+        return []
+    said = [d for d in known if isinstance(d, dict)] if isinstance(known, list) else []
+    return [str(d.get("text", "")) for d in said]
+
+
+def _check_sections(found: Any) -> None:
+    if not isinstance(found, dict):
+        raise InputError(f"its list of sections is {found!r}; expected names with versions")
     for name, version in _SECTIONS.items():
         if found[name] != version:
             raise InputError(
@@ -204,8 +224,8 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
     factors = []
     truths = json.loads(data.attrs["truths"])
     for d, told in enumerate(json.loads(data.attrs["descriptions"])):
-        description = _description(told)
-        grounded = ground_description(description, city, model)
+        descriptions = tuple(map(_description, told))
+        grounded = ground_description(descriptions, city, model)
         ground = program_data(grounded, city, model, truths=truths[d])
         sizes = [len(latent.support) for latent in ground.shared]
         tables = {}
@@ -213,7 +233,7 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
             target = targets[int(data["entry_target"][entry])]
             table = data["log_factor"][int(entry), : math.prod(sizes)].values
             tables[target] = table.reshape(*sizes, len(names), -1)
-        factors.append(DescriptionFactor(description, ground, tables))
+        factors.append(DescriptionFactor(descriptions, ground, tables))
     return StoredPosterior(
         city=city,
         model=model,
@@ -233,6 +253,10 @@ def _options(engine: Any) -> dict[str, Any]:
     if not is_dataclass(engine):
         return {}
     return {option.name: getattr(engine, option.name) for option in fields(engine)}
+
+
+def _is_registered(engine: Engine) -> bool:
+    return engine.name in ENGINES and type(ENGINES[engine.name]) is type(engine)
 
 
 def _engine(name: str, options: Mapping[str, Any]) -> Engine:
@@ -263,7 +287,7 @@ def _description(data: dict[str, Any]) -> Description:
     unresolved = tuple(
         Unresolved(u["text"], _span(u["span"]), tuple(u["candidates"])) for u in data["unresolved"]
     )
-    return Description(data["text"], data["map"], targets, relations, unresolved)
+    return Description(data["text"], data["map"], targets, relations, unresolved, data["speaker"])
 
 
 def _span(value: list[int]) -> tuple[int, int]:

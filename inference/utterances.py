@@ -24,7 +24,7 @@ def utterances_about(
     n: int,
     *,
     rng: np.random.Generator,
-    speaker: Preset = SPEAKER,
+    speaker: str | Preset = SPEAKER,
     phrases: int | tuple[int, int] = 1,
     grounds: Sequence[str] | None = None,
 ) -> tuple[Simulated, ...]:
@@ -37,7 +37,7 @@ def utterances_about(
     city : the map.
     n : how many, > 0.
     rng : where places and words are drawn from; each description has a stream of its own.
-    speaker : a model with ``speaker`` normalisation.
+    speaker : a model's name, or a Preset, as a speaker; see `sloop_ppl.models.speaker_of`.
     phrases : phrases of each: a number, or the least and the most.
     grounds : ids of the landmarks that may be spoken of; those with a name when None.
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         ProgramData,
         SharedFrame,
         ground_description,
+        latents_of,
         program_data,
         true_places,
     )
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
     from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
     from sloop_ppl.models.program import Program, build
+    from sloop_ppl.models.simulate import speaker_of
     from sloop_ppl.models.terms import RelationTerm, ground_relations
 
 __all__ = [
@@ -72,9 +74,11 @@ __all__ = [
     "ground_description",
     "ground_relations",
     "intervene",
+    "latents_of",
     "learn_cells",
     "preset",
     "program_data",
+    "speaker_of",
     "true_places",
     "unfitted",
 ]
@@ -96,6 +100,7 @@ _HOMES = {
         "ProgramData",
         "SharedFrame",
         "ground_description",
+        "latents_of",
         "program_data",
         "true_places",
     ),
@@ -104,6 +109,7 @@ _HOMES = {
     "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "RelationLikelihood"),
     "presets": ("PRESETS", "VARIANTS", "Preset", "preset"),
     "program": ("Program", "build"),
+    "simulate": ("speaker_of",),
     "terms": ("RelationTerm", "ground_relations"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}

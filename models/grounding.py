@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.guard import trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import Preset
 from sloop_ppl.models.terms import RelationTerm, ground_relations, spoken
@@ -33,9 +34,18 @@ __all__ = [
     "ProgramData",
     "SharedFrame",
     "ground_description",
+    "latents_of",
     "program_data",
     "true_places",
 ]
+
+RELIABLE = "reliable"
+"""Name of the latent that tells whether anything a speaker says means anything."""
+
+_RESERVED = ("cell", "component", "draw", "frame", "lapse", "phrase", RELIABLE, "targets")
+
+MOST_SETTINGS = 5184
+"""Joint values of shared latents that are enumerated."""
 
 _SHARED_BINS = {1: 72, 2: 36}
 """Angle bins of each frame when so many are shared."""
@@ -91,7 +101,8 @@ class Phrase:
     meant
         The relation under each combination of values, in row-major order of `sizes`.
     frames
-        Prior of the frame for each of `meant`; None when it depends on no frame.
+        Prior of the frame for each of `meant`, None for one without a frame; None when none has
+        one.
     shared_axis
         Which shared latent is its frame, when that is shared.
     shared_fronts
@@ -102,19 +113,43 @@ class Phrase:
     own: tuple[Latent, ...]
     sizes: tuple[int, ...]
     meant: tuple[RelationTerm, ...]
-    frames: tuple[FrameDistribution, ...] | None
+    frames: tuple[FrameDistribution | None, ...] | None
     shared_axis: int | None = None
     shared_fronts: Tensor | None = None
 
+    @property
+    def reliable(self) -> Tensor:
+        """Whether each of `meant` is said by a reliable speaker, shape (sizes..., 1, 1)."""
+        each = [one.latents.get(RELIABLE, True) for one in self.meant]
+        return torch.tensor(each).reshape(*self.sizes, 1, 1)
+
     def bins(self, count: int) -> tuple[Tensor, Tensor]:
-        """Return angle bins of its frame and their log masses, shape (sizes..., B) each."""
-        each = [frame.bins(count) for frame in self.frames or ()]
+        """Return angle bins of its frame and their log masses, shape (sizes..., B) each.
+
+        A meaning without a frame, beside one with a frame, leaves that frame to its prior.
+        """
+        first = next(frame for frame in self.frames or () if frame is not None)
+        each = [(frame or first).bins(count) for frame in self.frames or ()]
         longest = max(len(angles) for angles, _ in each)
         angles = np.stack([np.pad(a, (0, longest - len(a)), mode="edge") for a, _ in each])
         mass = np.stack([np.pad(m, (0, longest - len(m))) for _, m in each])
         log_mass = np.where(mass > 0, np.log(np.maximum(mass, 1e-300)), -np.inf)
         shape = (*self.sizes, longest)
         return torch.from_numpy(angles).reshape(shape), torch.from_numpy(log_mass).reshape(shape)
+
+    def key(self, *, by_itself: bool) -> Hashable:
+        """Return what phrases of one program have in common when their tables are the same.
+
+        Parameters
+        ----------
+        by_itself
+            True where a likelihood or frame prior from outside may look at the figure, or at the
+            place of the relation in the description.
+        """
+        which = (self.relation.figure, self.relation.index, self.relation.description)
+        own = tuple((latent.name, latent.prior) for latent in self.own)
+        same = tuple(one.meaning for one in self.meant), own, self.sizes, self.shared_axis
+        return (*same, which) if by_itself else same
 
     def on_shared_axis(self, table: Tensor) -> Tensor:
         """Return a table (sizes..., B, S) with a shared frame's fronts on its latent's axis."""
@@ -142,8 +177,11 @@ class Phrase:
         """
         given = each or (None,) * len(self.meant)
         tables = [table(*one) for one in zip(self.meant, given, strict=True)]
-        whole = tables[0] if len(tables) == 1 else torch.stack(tables)
-        return whole.reshape(*self.sizes, -1, tables[0].shape[-1])
+        cells = tables[0].shape[-1]
+        if len(tables) == 1:
+            return tables[0].reshape(*self.sizes, -1, cells)
+        rows = torch.broadcast_tensors(*(one.reshape(-1, cells) for one in tables))
+        return torch.stack(rows).reshape(*self.sizes, -1, cells)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +204,8 @@ class ProgramData:
         True places of the targets, metres, for a model that is told them.
     number_priors
         Parameter of the likelihood -> distribution that it is drawn from.
+    own
+        Declared latents that one phrase each depends on.
     """
 
     targets: tuple[str, ...]
@@ -176,6 +216,7 @@ class ProgramData:
     shared: tuple[SharedFrame | Latent, ...] = ()
     truths: tuple[tuple[float, float], ...] | None = None
     number_priors: Mapping[str, Any] = field(default_factory=dict)
+    own: tuple[Latent, ...] = ()
     tables: dict[Any, Any] = field(default_factory=dict, repr=False)
     phrases: dict[int, Phrase] = field(default_factory=dict, repr=False)
 
@@ -198,11 +239,14 @@ class ProgramData:
 
     @cached_property
     def n_phrases(self) -> tuple[Tensor, ...]:
-        """How many phrases each component reads of each target, at least 1, (K, 1..., 1) each."""
+        """How many phrases each component reads of each target, at least 1, (K, 1..., 1) each.
+
+        A phrase that is said of each of several grounds is one.
+        """
         shape = (-1, *(1,) * (len(self.shared) + 1))
         return tuple(
             torch.tensor(
-                [max(len(part.terms_it_reads(said)), 1) for part in self.model.components],
+                [max(_count(part.terms_it_reads(said)), 1) for part in self.model.components],
                 dtype=torch.float64,
             ).reshape(shape)
             for said in self.relations
@@ -228,6 +272,38 @@ class ProgramData:
             log_prior=self.log_prior[list(which)],
             truths=self.truths and tuple(self.truths[i] for i in which),
         )
+
+    @cached_property
+    def shares_tables(self) -> bool:
+        """Tell whether phrases that mean the same may share their tables.
+
+        They may where the likelihood and the frame prior are of this package: these look at what a
+        relation means, and not at whose it is.
+        """
+        return trusted(self.model.likelihood) and _is_ours(self.model.frame_prior)
+
+    def _check_meanings(
+        self, relation: RelationTerm, meant: Sequence[RelationTerm], *, has_frame: bool
+    ) -> None:
+        """Refuse what a latent may not change.
+
+        Raises
+        ------
+        InputError
+            When it changes whether the relation is denied, or the ground of a shared frame.
+        """
+        said = f"'{relation.relation} {relation.ground}'"
+        if any(one.negated != relation.negated for one in meant):
+            raise InputError(
+                f"A latent changes whether {said} is denied; expected it to leave `negated` alone"
+            )
+        shared = {v.ground for v in self.shared if isinstance(v, SharedFrame)}
+        grounds = {one.ground for one in meant}
+        if has_frame and len(grounds) > 1 and shared & (grounds | {relation.ground}):
+            raise InputError(
+                f"A latent changes the ground of {said}, whose frame phrases share; use a model "
+                "without shared frames"
+            )
 
     def is_located(self, i: int) -> bool:
         """Tell whether anything was said of the target at position i."""
@@ -304,13 +380,9 @@ class ProgramData:
         return self.phrases[key]
 
     def _phrase(self, relation: RelationTerm) -> Phrase:
-        own = tuple(
-            latent
-            for latent in self.model.latents
-            if latent not in self.shared and latent.concerns(relation)
-        )
+        own = tuple(latent for latent in self.own if latent.is_about(relation))
         concerned = [
-            latent if isinstance(latent, Latent) and latent.concerns(relation) else None
+            latent if isinstance(latent, Latent) and latent.is_about(relation) else None
             for latent in (*self.shared, *own)
         ]
         supports = [(None,) if a is None else a.support for a in concerned]
@@ -322,26 +394,36 @@ class ProgramData:
             meant.append(one)
         if self.model.normalisation == "speaker":
             meant = [spoken(one) for one in meant]
-        priors = [self.model.front_prior(one) for one in meant]
-        frames = tuple(prior for prior in priors if prior is not None)
+        frames = tuple(self.model.front_prior(one) for one in meant)
+        has_frame = any(frame is not None for frame in frames)
+        self._check_meanings(relation, meant, has_frame=has_frame)
         sizes = tuple(len(support) for support in supports)
-        found = Phrase(relation, own, sizes, tuple(meant), frames or None)
+        found = Phrase(relation, own, sizes, tuple(meant), frames if has_frame else None)
         for axis, shared in enumerate(self.shared):
-            if frames and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
+            if has_frame and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
                 fronts = torch.from_numpy(shared.angles_rad)
                 return replace(found, shared_axis=axis, shared_fronts=fronts)
         return found
 
 
+def latents_of(model: Preset) -> tuple[Latent, ...]:
+    """Return the latents of a model: declared, of its likelihood, and the speaker's reliability."""
+    declared = (*model.latents, *getattr(model.likelihood, "latents", ()))
+    if not model.unreliable:
+        return declared
+    shares = (1 - model.unreliable, model.unreliable)
+    return (*declared, Latent(RELIABLE, (True, False), shares))
+
+
 def ground_description(
-    description: Description, city: CityMap, model: Preset
+    description: Description | Sequence[Description], city: CityMap, model: Preset
 ) -> dict[str, tuple[RelationTerm, ...]]:
     """Return target -> its grounded relations, in the order of the description's targets.
 
     Parameters
     ----------
     description
-        What was said.
+        What was said, or all that one speaker said: relations of later texts count on.
     city
         The map.
     model
@@ -353,13 +435,34 @@ def ground_description(
     UnknownName
         When a ground is not on the map.
     """
-    grounded = {}
-    for target in description.targets:
-        relations = description.about(target.id)
-        if not model.heed_distance:
-            relations = tuple(replace(relation, distance_m=None) for relation in relations)
-        grounded[target.id] = ground_relations(relations, city, joint=model.joint_grounds)
+    texts = (description,) if isinstance(description, Description) else tuple(description)
+    grounded: dict[str, tuple[RelationTerm, ...]] = {}
+    counts: Counter[str] = Counter()
+    for position, text in enumerate(texts):
+        for target in text.targets:
+            relations = text.about(target.id)
+            if not model.heed_distance:
+                relations = tuple(replace(relation, distance_m=None) for relation in relations)
+            terms = ground_relations(relations, city, joint=model.joint_grounds)
+            grounded[target.id] = grounded.get(target.id, ()) + tuple(
+                replace(term, index=term.index + counts[target.id], description=position)
+                for term in terms
+            )
+            counts[target.id] += len(relations)
     return grounded
+
+
+def _count(relations: Sequence[RelationTerm]) -> int:
+    """Return the number of phrases that grounded relations make up."""
+    each = {(one.description, one.index) for one in relations if one.each}
+    return len(each) + sum(not one.each for one in relations)
+
+
+def _is_ours(value: object) -> bool:
+    """Tell whether a frame prior, and what it rests on, is of this package."""
+    inner = [getattr(value, name, None) for name in ("predictor", "otherwise")]
+    ours = type(value).__module__.split(".")[0] == "sloop_ppl"
+    return ours and all(one is None or _is_ours(one) for one in inner)
 
 
 def true_places(
@@ -425,12 +528,14 @@ def program_data(
     relations = tuple(grounded.values())
     every = [relation for said in relations for relation in said]
     frames = _shared_frames(every, model)
+    placed = [(t, j, r) for t, said in grounded.items() for j, r in enumerate(said)]
+    latents = tuple(one for latent in latents_of(model) for one in latent.each(placed))
     declared = tuple(
-        latent
-        for latent in model.latents
-        if sum(latent.concerns(relation) for relation in every) != 1
+        latent for latent in latents if sum(latent.is_about(relation) for relation in every) != 1
     )
-    _check_names([latent.name for latent in model.latents], targets, frames, number_priors or {})
+    names = [latent.name for latent in latents_of(replace(model, unreliable=0.0))]
+    _check_names(names, targets, frames, number_priors or {})
+    _check_shared((*frames, *declared), model)
     return ProgramData(
         targets,
         relations,
@@ -440,6 +545,7 @@ def program_data(
         (*frames, *declared),
         tuple(truths) if truths is not None and model.needs_truth else None,
         dict(number_priors or {}),
+        tuple(latent for latent in latents if latent not in declared),
     )
 
 
@@ -468,6 +574,22 @@ def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[Shared
     return tuple(shared)
 
 
+def _check_shared(shared: Sequence[SharedFrame | Latent], model: Preset) -> None:
+    """Refuse more joint values of shared latents than can be enumerated, and to cut them."""
+    joint = math.prod(len(latent.support) for latent in shared)
+    if joint > MOST_SETTINGS:
+        raise InputError(
+            f"Phrases share {len(shared)} latents with {joint} joint values "
+            f"({', '.join(latent.name for latent in shared)}); at most {MOST_SETTINGS} can be "
+            "enumerated; say less at a time, or declare fewer"
+        )
+    if shared and any(part.cut for part in model.components):
+        raise InputError(
+            f"Model '{model.name}' cuts cells below uniform, which is not defined where phrases "
+            f"share a latent ('{shared[0].name}'); use its variant 'paper', or bayes"
+        )
+
+
 def _check_names(
     latents: Sequence[str],
     targets: Sequence[str],
@@ -477,6 +599,8 @@ def _check_names(
     """Refuse a name that two sites would have."""
     taken = {*(frame.name for frame in frames), *number_priors}
     for name in latents:
+        if name in _RESERVED:
+            raise InputError(f"Latent '{name}' has a name that the program uses; choose another")
         if name in taken:
             raise InputError(f"Two latents are named '{name}'; expected a name of its own for each")
         if any(name == target or name.startswith(f"{target}/") for target in targets):

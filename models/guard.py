@@ -14,6 +14,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.models.check import check_table
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
     ClosedFormMarginal,
     Parameter,
@@ -35,16 +36,23 @@ class GuardedLikelihood:
     inner : the user's likelihood.
     name : what to call it in messages.
     path : the file it stands in, to name the line that failed; None when there is none.
+    spec : ``FILE.py:NAME`` by which `load_model` finds it again; empty when it came otherwise.
     """
 
     inner: RelationLikelihood
     name: str
     path: Path | None
+    spec: str = ""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """What the user's likelihood declares."""
         return parameters_of(self.inner)
+
+    @property
+    def latents(self) -> tuple[Latent, ...]:
+        """The latents that the user's likelihood declares."""
+        return tuple(getattr(self.inner, "latents", ()))
 
     def __getattr__(self, name: str) -> Any:
         if name != "inner" and name in {p.name for p in parameters_of(self.inner)}:
@@ -72,7 +80,7 @@ class GuardedLikelihood:
         about = f"relation '{term.relation}' of {term.ground} (site 'holds', phrase {term.index})"
         try:
             table = call()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             line = None if self.path is None else line_of(error, self.path)
             at = f" at line {line} of {self.path.name}" if self.path and line else ""
             raise InputError(
@@ -101,7 +109,10 @@ def trusted(likelihood: RelationLikelihood) -> bool:
 
 
 def guarded(
-    likelihood: RelationLikelihood, name: str | None = None, path: Path | None = None
+    likelihood: RelationLikelihood,
+    name: str | None = None,
+    path: Path | None = None,
+    spec: str = "",
 ) -> GuardedLikelihood:
     """Return a likelihood whose every call is checked.
 
@@ -109,6 +120,7 @@ def guarded(
     ----------
     likelihood : the user's likelihood.
     name, path : what to call it, and the file it stands in; its type's when None.
+    spec : how it is found again; see `GuardedLikelihood`.
 
     Raises
     ------
@@ -126,8 +138,8 @@ def guarded(
         file = getattr(sys.modules.get(kind.__module__), "__file__", None)
         path = None if file is None else Path(file)
     if isinstance(likelihood, ClosedFormMarginal):
-        return GuardedMarginal(likelihood, name, path)
-    return GuardedLikelihood(likelihood, name, path)
+        return GuardedMarginal(likelihood, name, path, spec)
+    return GuardedLikelihood(likelihood, name, path, spec)
 
 
 def line_of(error: BaseException, path: Path) -> int | None:

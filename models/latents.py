@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Literal, get_args
 
 import torch
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, SloopError, UnknownName
 from sloop_ppl.models.terms import RelationTerm
 
-__all__ = ["Latent"]
+__all__ = ["Latent", "Per"]
+
+Per = Literal["speaker", "description", "relation", "ground"]
+"""Of what there is one latent."""
 
 
 def _every_relation(relation: RelationTerm) -> bool:  # noqa: ARG001
@@ -40,6 +44,10 @@ class Latent:
     given
         Returns a grounded relation as it is meant under a value. By default the value stands in
         ``relation.latents[name]``, where a likelihood finds it.
+    per
+        Of what there is one: ``"speaker"``, each ``"description"`` (text) of a speaker, each
+        ``"relation"``, or each ``"ground"``. Sites are ``name``; ``name/text_d`` for later texts;
+        ``T/name_j`` for relation j of target T; ``name/G`` for ground G.
 
     Raises
     ------
@@ -69,11 +77,24 @@ class Latent:
     prior: tuple[float, ...]
     concerns: Callable[[RelationTerm], bool] = _every_relation
     given: Callable[[RelationTerm, Any], RelationTerm] | None = None
+    per: Per = "speaker"
+    key: str = ""
+    """Name under which a likelihood finds the value, where it is not that of the site."""
 
     def __post_init__(self) -> None:
         if not self.name or not isinstance(self.name, str):
             raise InputError(f"A latent is named {self.name!r}; expected a name that is not empty")
-        if not self.support or len(set(self.support)) != len(self.support):
+        if self.per not in get_args(Per):
+            raise UnknownName(f"thing that latent {self.name} is one of", self.per, get_args(Per))
+        try:
+            distinct = len(set(self.support)) == len(self.support)
+            numbers = [float(p) for p in self.prior]
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"Latent '{self.name}' has the support {self.support!r} and the prior "
+                f"{self.prior!r}; expected hashable values and a number for each"
+            ) from error
+        if not self.support or not distinct:
             raise InputError(
                 f"Latent '{self.name}' has the support {self.support}; expected distinct values, "
                 "at least one"
@@ -83,12 +104,17 @@ class Latent:
                 f"Latent '{self.name}' has {len(self.prior)} prior probabilities for "
                 f"{len(self.support)} values; expected one each"
             )
-        total = math.fsum(self.prior)
-        if not all(p >= 0 for p in self.prior) or not math.isclose(total, 1.0, abs_tol=1e-9):
+        total = math.fsum(numbers)
+        if not all(p >= 0 for p in numbers) or not math.isclose(total, 1.0, abs_tol=1e-9):
             raise InputError(
                 f"The prior of latent '{self.name}' sums to {total:g}; expected probabilities of "
                 "at least 0 that sum to 1"
             )
+
+    @property
+    def is_data(self) -> bool:
+        """Tell whether it is names and numbers alone, and no functions."""
+        return self.concerns is _every_relation and self.given is None
 
     @property
     def log_prior(self) -> Tensor:
@@ -96,7 +122,86 @@ class Latent:
         return torch.tensor(self.prior, dtype=torch.float64).log()
 
     def meant(self, relation: RelationTerm, value: Any) -> RelationTerm:
-        """Return a grounded relation as it is meant under a value."""
-        if self.given is not None:
-            return self.given(relation, value)
-        return relation.with_latent(self.name, value)
+        """Return a grounded relation as it is meant under a value.
+
+        Raises
+        ------
+        InputError
+            When `given` fails, or returns no grounded relation.
+        """
+        if self.given is None:
+            return relation.with_latent(self.key or self.name, value)
+        found = self._asked("given", self.given, relation, value)
+        if not isinstance(found, RelationTerm):
+            raise InputError(
+                f"`given` of latent '{self.name}' returned {found!r} for '{relation.relation} "
+                f"{relation.ground}'; expected a grounded relation: replace(relation, ...)"
+            )
+        return found
+
+    def is_about(self, relation: RelationTerm) -> bool:
+        """Tell whether the meaning of a relation depends on the latent.
+
+        Raises
+        ------
+        InputError
+            When `concerns` fails.
+        """
+        return bool(self._asked("concerns", self.concerns, relation))
+
+    def _asked(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except SloopError:
+            raise
+        except Exception as error:
+            relation = arguments[0]
+            said = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(
+                f"`{what}` of latent '{self.name}' fails for '{relation.relation} "
+                f"{relation.ground}': {said}"
+            ) from error
+
+    def each(self, relations: Sequence[tuple[str, int, RelationTerm]]) -> tuple[Latent, ...]:
+        """Return the latents that there are of this one, each with the name of its site.
+
+        Parameters
+        ----------
+        relations
+            All that a speaker said: target, position among its relations, relation.
+        """
+        if self.per == "speaker":
+            return (self,)
+        found: dict[str, Latent] = {}
+        for target, j, relation in relations:
+            if not self.is_about(relation):
+                continue
+            name, own = self._of(target, j, relation)
+            if name not in found:
+                both = partial(_both, self.concerns, own)
+                found[name] = replace(
+                    self, name=name, key=self.key or self.name, per="speaker", concerns=both
+                )
+        return tuple(found.values())
+
+    def _of(
+        self, target: str, j: int, relation: RelationTerm
+    ) -> tuple[str, Callable[[RelationTerm], bool]]:
+        """Return the name of the one that a relation depends on, and what else depends on it."""
+        if self.per == "description":
+            which = relation.description
+            name = self.name if which == 0 else f"{self.name}/text_{which}"
+            return name, lambda other: other.description == which
+        if self.per == "ground":
+            return f"{self.name}/{relation.ground}", lambda other: other.ground == relation.ground
+        key = relation.figure, relation.index, relation.grounds
+        return (
+            f"{target}/{self.name}_{j}",
+            lambda other: (other.figure, other.index, other.grounds) == key,
+        )
+
+
+def _both(
+    one: Callable[[RelationTerm], bool], other: Callable[[RelationTerm], bool], term: RelationTerm
+) -> bool:
+    return one(term) and other(term)

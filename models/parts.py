@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
 from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.interventions import FixedFronts
+from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
     LIKELIHOODS,
     RelationLikelihood,
@@ -19,12 +20,13 @@ from sloop_ppl.models.likelihoods import (
 )
 from sloop_ppl.models.presets import PRESETS, Preset, preset
 from sloop_ppl.models.tuning import with_parameters
+from sloop_ppl.models.user import is_user_model, load_model
 from sloop_ppl.registry import Registry
 
 __all__ = ["model_from_parts", "parts_of"]
 
-_NESTED = ("components", "likelihood", "frame_prior")
-_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in (*_NESTED, "latents"))
+_NESTED = ("components", "likelihood", "frame_prior", "latents")
+_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in _NESTED)
 
 
 def parts_of(model: Preset) -> dict[str, Any]:
@@ -47,9 +49,9 @@ def parts_of(model: Preset) -> dict[str, Any]:
     """
     plain = {name: getattr(model, name) for name in _PLAIN}
     try:
-        _check_latents(model)
         return {
             **plain,
+            "latents": _latent_parts(model),
             "components": [asdict(component) for component in model.components],
             "likelihood": _likelihood_parts(model),
             "frame_prior": _frame_parts(model),
@@ -82,32 +84,57 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
     made = Preset(
         **{name: parts[name] for name in _PLAIN},
         components=tuple(_component(part) for part in parts["components"]),
-        likelihood=with_values(LIKELIHOODS[likelihood["name"]], likelihood["parameters"]),
+        likelihood=with_values(_likelihood(likelihood["name"]), likelihood["parameters"]),
         frame_prior=_frame_prior(frame_prior),
+        latents=_latents(parts["latents"]),
     )
     made = with_parameters(made, {"frames": frame_prior["numbers"]})
     return preset(made, made.variant)
 
 
-def _check_latents(model: Preset) -> None:
-    if model.latents:
-        raise InputError(
-            f"Model '{model.name}' declares latents, which are functions and cannot be written; "
-            "register it in sloop_ppl.models.PRESETS under a name of its own, or write the cells "
-            "alone: to_geojson, on the command line --export"
-        )
+def _latent_parts(model: Preset) -> list[dict[str, Any]] | str:
+    """Return the declared latents as data, or where they are found again."""
+    if all(latent.is_data for latent in model.latents):
+        names = ("name", "support", "prior", "per")
+        return [{name: getattr(latent, name) for name in names} for latent in model.latents]
+    if isinstance(model.likelihood, GuardedLikelihood) and model.likelihood.spec:
+        return model.likelihood.spec
+    raise InputError(
+        f"Model '{model.name}' declares latents with functions, which cannot be written; put it in "
+        "a file and use FILE.py:NAME, register it in sloop_ppl.models.PRESETS under a name of its "
+        "own, or write the cells alone: to_geojson, on the command line --export"
+    )
+
+
+def _latents(told: Sequence[Mapping[str, Any]] | str) -> tuple[Latent, ...]:
+    if isinstance(told, str):
+        return load_model(told).latents
+    return tuple(
+        Latent(one["name"], tuple(one["support"]), tuple(one["prior"]), per=one["per"])
+        for one in told
+    )
 
 
 def _likelihood_parts(model: Preset) -> dict[str, Any]:
     likelihood = model.likelihood
+    spec = ""
     if isinstance(likelihood, GuardedLikelihood):
+        spec = likelihood.spec
         likelihood = likelihood.inner
     values = {p.name: float(getattr(likelihood, p.name)) for p in parameters_of(likelihood)}
+
+    if spec:
+        return {"name": spec, "parameters": values}
 
     def same(entry: RelationLikelihood) -> bool:
         return type(entry) is type(likelihood) and with_values(entry, values) == likelihood
 
     return {"name": _registered(LIKELIHOODS, same, "likelihood", model), "parameters": values}
+
+
+def _likelihood(name: str) -> RelationLikelihood:
+    """Return a registered likelihood, or that of a user's file."""
+    return load_model(name).likelihood if is_user_model(name) else LIKELIHOODS[name]
 
 
 def _frame_parts(model: Preset) -> dict[str, Any]:

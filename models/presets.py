@@ -45,6 +45,10 @@ class Preset:
         as one relation per ground, as the published code does.
     heed_distance : True to read a said distance ("about 50 feet west of"); False to ignore it, as
         the published code does.
+    denial : how far a denied phrase is believed, in [0, 1]: under ``"map"`` normalisation "not near
+        the bank" has 1 - denial g / max g, so that 1 rules out the place where g is greatest.
+    unreliable : probability that nothing a speaker says means anything: all of one speaker's
+        phrases, of all targets, lapse together; in [0, 1).
     shared_frames : True when one speaker keeps one frame per ground: phrases about the same
         ground, of any target of the description, share its front.
     informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
@@ -67,6 +71,8 @@ class Preset:
     error_m: float = 0.0
     joint_grounds: bool = False
     heed_distance: bool = False
+    denial: float = 0.95
+    unreliable: float = 0.0
     shared_frames: bool = False
     informed_sigma_m: float | None = None
     variant: str = "published"
@@ -75,8 +81,22 @@ class Preset:
     def __post_init__(self) -> None:
         if not self.components:
             raise InputError(f"Model '{self.name}' has no component; expected at least one")
+        if not isinstance(self.latents, tuple) or not all(
+            isinstance(latent, Latent) for latent in self.latents
+        ):
+            raise InputError(
+                f"Model '{self.name}' has the latents {self.latents!r}; expected a tuple of "
+                "sloop_ppl.models.Latent, such as (Latent(...),)"
+            )
         if not 0 <= self.lapse < 1:
             raise InputError(f"Model '{self.name}' has lapse {self.lapse}; expected 0 <= lapse < 1")
+        if not 0 <= self.denial <= 1:
+            raise InputError(f"Model '{self.name}' has denial {self.denial}; expected 0 to 1")
+        if not 0 <= self.unreliable < 1:
+            raise InputError(
+                f"Model '{self.name}' has unreliable {self.unreliable}; expected at least 0 and "
+                "less than 1"
+            )
         if not 0 <= self.temper <= 1:
             raise InputError(f"Model '{self.name}' has temper {self.temper}; expected 0 to 1")
         if not 0 <= self.error_m < math.inf:

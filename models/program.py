@@ -52,6 +52,10 @@ Frames = Literal["bins", "density", "summed"]
 
 T = TypeVar("T")
 
+_DEEP = 60.0
+"""Nats below its peak at which a phrase ends in a model that cuts below uniform: the factor ``cut``
+counts from there, or Pyro's contraction would multiply 1e-600 by 1e600."""
+
 _ONE = torch.ones(())
 _MOST_DIMS = 24
 
@@ -74,34 +78,36 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
         cells[target] = cell = pyro.sample(f"{target}/cell", categorical(data.log_prior[i]))
         log_phi = []
         for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
-            phrase, log_z, log_expected_phi = summed_phrase(data, likelihood, relation)
+            phrase, log_peak, log_z, log_expected_phi = summed_phrase(data, likelihood, relation)
             log_phi.append(log_expected_phi)
             if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
                 log_holds = look_up(log_expected_phi, (*shared, cell))
             else:
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
-                front = draw_front(f"{target}/frame_{j}", phrase, [*shared, *own], frames, bins)
+                name = f"{target}/frame_{j}"
+                fronts, which = draw_front(name, phrase, [*shared, *own], frames, bins)
                 log_g = phrase.over_meanings(
-                    lambda meant, angles: likelihood.log_g(meant, meant.directions(angles)),
-                    front.angles,
+                    lambda meant, front: likelihood.log_g(meant, meant.directions(front)), fronts
                 )
                 if model.normalisation == "speaker":  # P(word) among what could have been said
                     log_g = log_g - phrase.over_meanings(
-                        lambda meant, angles: log_vocabulary(likelihood, meant, angles),
-                        front.angles,
+                        lambda meant, front: log_vocabulary(likelihood, meant, front), fronts
                     )
-                log_p = phrase.on_shared_axis(log_asserted(log_g, relation) - log_z[..., None, :])
-                log_holds = look_up(log_p, (*shared, *own, front.which, cell))
+                log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
+                log_p = torch.where(phrase.reliable, log_p, data.log_uninformative)
+                log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
                     log_holds = torch.where(lapse > 0, data.log_uninformative, log_holds)
+            if data.cuts.any():  # what is cut to one level anyway must not underflow
+                log_holds = log_holds.clamp_min(log_expected_phi.max() - _DEEP)
             if not data.reads[i][j].all():
                 log_holds = torch.where(look_up(data.reads[i][j], (component,)), log_holds, 0.0)
             pyro.sample(f"{target}/holds_{j}", LogBernoulli(log_holds), obs=_ONE)
         if not data.is_located(i):
             continue
         # log l = sum_j log E[phi_j] of each component; `together`: what is no product of these.
-        log_l, together = component_tables(data, likelihood, i, log_phi)
+        log_l, together, observed = component_tables(data, likelihood, i, log_phi)
         at = (component, *shared, cell)
         if together is not None:
             pyro.sample(f"{target}/together", LogBernoulli(look_up(together, at)), obs=_ONE)
@@ -113,9 +119,9 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
             pyro.factor(f"{target}/normaliser", -look_up(log_z, (component,)))
             log_p = log_p - log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
-        if any(part.cut for part in model.components):
+        if data.cuts.any():
             log_cut = torch.where(data.cuts, cut_below_uniform(log_p), log_p)
-            pyro.factor(f"{target}/cut", look_up(log_cut - log_p, at))
+            pyro.factor(f"{target}/cut", look_up(log_cut - log_p + (log_l - observed), at))
             log_p = log_cut
         if model.error_m:
             log_moved = log_blur(log_p, data.city.grid, model.error_m)
@@ -133,7 +139,7 @@ def plate(
     enumerated program works in plates only.
     """
     sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
-    if sites + len(data.model.latents) > _MOST_DIMS:
+    if sites + len(data.own) > _MOST_DIMS:
         indices: Iterable[int] = pyro.markov(range(len(items)), history=0)
         return ((i, items[i]) for i in indices)
     if frames != "bins" or not items:  # Pyro's automatic guides take no plates that are loops
@@ -194,14 +200,16 @@ def draw_front(
         return Front([None] * len(phrase.meant), nothing)
     if phrase.shared_fronts is not None:
         return Front([phrase.shared_fronts] * len(phrase.meant), nothing)
-    if frames == "bins" or all(frame.is_point for frame in phrase.frames):
+    spread = [frame for frame in phrase.frames if frame is not None and not frame.is_point]
+    if frames == "bins" or not spread:
         angles, log_mass = phrase.bins(bins)
-        chosen = [v * 0 if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
+        # Only the latents that matter: another's axis would make the frame depend on it.
+        chosen = [nothing if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
         masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
         index = pyro.sample(name, categorical(masses))
         pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
         return Front(list(angles.reshape(len(phrase.meant), -1)), index)
-    if len(set(phrase.frames)) > 1:
+    if len(set(phrase.frames)) > 1 or phrase.frames[0] is None:
         raise InputError(
             f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' depends on "
             "another latent, so it has no density of its own; use frames='bins'"
@@ -218,6 +226,9 @@ class SummedPhrase(NamedTuple):
     ----------
     phrase
         The phrase.
+    log_peak
+        Log of the greatest g over the map and all fronts, shape (V..., U..., 1, 1); of a denied
+        phrase only, else 0.
     log_z
         Log of the sum over the map of E_psi[g], shape (V..., U..., 1); 0 where it is not divided.
     log_phi
@@ -225,6 +236,7 @@ class SummedPhrase(NamedTuple):
     """
 
     phrase: Phrase
+    log_peak: Tensor
     log_z: Tensor
     log_phi: Tensor
 
@@ -239,19 +251,20 @@ def summed_phrase(
     This is the exact engine's one optimisation: E_psi[g] is the likelihood's closed form,
     ``log_marginal``, where it has one, else a sum over 1440 directions.
     """
-    key = relation.meaning
+    model, phrase = data.model, data.phrase(relation)
+    key = phrase.key(by_itself=not data.shares_tables)
     if key in data.tables:
         kept: SummedPhrase = data.tables[key]
-        return kept
-    model, phrase = data.model, data.phrase(relation)
+        return kept._replace(phrase=phrase)
     log_g = phrase.over_meanings(
         lambda meant, frame: log_expected(data, likelihood, meant, frame), phrase.frames
     )
-    log_g = log_asserted(log_g, relation)[..., 0, :]
+    log_peak = log_greatest(data, likelihood, phrase) if relation.negated else log_g.new_zeros(1)
+    log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
-    log_p = log_g - log_z
+    log_p = torch.where(phrase.reliable[..., 0], log_g - log_z, data.log_uninformative)
     fronts = phrase.shared_fronts
     if fronts is not None:
         given = phrase.over_meanings(
@@ -261,11 +274,12 @@ def summed_phrase(
             given = given - phrase.over_meanings(
                 lambda meant, _: log_vocabulary(likelihood, meant, fronts)
             )
-        log_p = log_asserted(given, relation) - log_z[..., None, :]
+        log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
+        log_p = torch.where(phrase.reliable, log_p, data.log_uninformative)
         log_p = phrase.on_shared_axis(log_p)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
-    found = SummedPhrase(phrase, log_z, with_lapse(log_p, model, data.log_uninformative))
+    found = SummedPhrase(phrase, log_peak, log_z, with_lapse(log_p, model, data.log_uninformative))
     if not data.number_priors:
         data.tables[key] = found
     return found
@@ -298,8 +312,8 @@ _SPEAKER_BINS = 360
 
 def component_tables(
     data: ProgramData, likelihood: RelationLikelihood, i: int, log_phi: list[Tensor]
-) -> tuple[Tensor, Tensor | None]:
-    """Return the log likelihood of each component before tempering, and what is one factor of it.
+) -> tuple[Tensor, Tensor | None, Tensor]:
+    """Return the log likelihood of each component before tempering, and what makes it up.
 
     Parameters
     ----------
@@ -315,32 +329,40 @@ def component_tables(
     Returns
     -------
     tuple of Tensor
-        Shape (K, V..., S): all of it, and the part of components that are no plain product of
-        phrases (the paper's sums over landmarks; keyword; informed); None when there is none.
+        Shape (K, V..., S): all of it; the part of components that are no plain product of phrases
+        (the paper's sums over landmarks; keyword; informed), None when there is none; and all of it
+        as the sites ``holds`` have it: phrases of a model that cuts end `_DEEP` below their peak.
     """
 
     def phrase(relation: RelationTerm) -> Tensor:
         return summed_phrase(data, likelihood, relation).log_phi
 
     nothing = torch.zeros((1,) * (len(data.shared) + 1), dtype=torch.float64)
-    products, others = [], []
+    cuts = bool(data.cuts.any())
+    products, clipped, others = [], [], []
     for k, part in enumerate(data.model.components):
         read = part.terms_it_reads(data.relations[i])
-        product = other = nothing
+        product = shallow = other = nothing
         if data.truths is not None:
             other = log_informed(data, i)
         elif part.is_literal:
             for j, table in enumerate(log_phi):
-                product = product + table if bool(data.reads[i][j][k]) else product
+                if bool(data.reads[i][j][k]):
+                    product = product + table
+                    if cuts:
+                        shallow = shallow + table.clamp_min(table.max() - _DEEP)
         elif read:
             other = COMBINATIONS[part.combine](read, phrase).sum(0)
         products.append(product)
-        others.append(other)
-    log_l = torch.stack(torch.broadcast_tensors(*products, *others)[: len(products)])
-    if all(other is nothing for other in others):
-        return log_l, None
-    together = torch.stack(torch.broadcast_tensors(*others))
-    return log_l + together, together
+        clipped.append(shallow if cuts else product)
+        others.append(other.reshape((1,) * (nothing.dim() - other.dim()) + other.shape))
+    tables = torch.broadcast_tensors(*products, *clipped, *others)
+    count = len(products)
+    log_l, observed = torch.stack(tables[:count]), torch.stack(tables[count : 2 * count])
+    if all(other is nothing or other.numel() == 1 for other in others):
+        return log_l, None, observed
+    together = torch.stack(tables[2 * count :])
+    return log_l + together, together, observed + together
 
 
 def log_informed(data: ProgramData, i: int) -> Tensor:
@@ -392,14 +414,19 @@ def log_words(
 
     Parameters
     ----------
-    options : all that could have been said of the ground, as terms of S cells; see
+    options
+        All that could have been said of the ground, as terms of S cells; see
         :func:`sloop_ppl.models.terms.word_options`.
-    model : a model with ``"speaker"`` normalisation; its lapse is left out. Numbers of its
-        likelihood and the concentration of its frames may be tensors of shape (S,).
-    words : index among the options of the word said of each cell, shape (S,).
-    denied : whether it was denied, shape (S,).
-    fronts : angles that stand for the frame, which is summed out: 72 are exact to rounding for a
-        smooth likelihood and to some .005 in the log for one with a kink.
+    model
+        A model with ``"speaker"`` normalisation; its lapse is left out. Numbers of its likelihood
+        and the concentration of its frames may be tensors of shape (S,).
+    words
+        Index among the options of the word said of each cell, shape (S,).
+    denied
+        Whether it was denied, shape (S,).
+    fronts
+        Angles that stand for the frame, which is summed out: 72 are exact to rounding for a smooth
+        likelihood and to some .005 in the log for one with a kink.
 
     Notes
     -----
@@ -422,12 +449,36 @@ def log_vocabulary(
     return word_weights(likelihood, options, fronts_rad).log_total
 
 
-def log_asserted(log_g: Tensor, relation: RelationTerm) -> Tensor:
-    """Return log(1 - g) of a denied relation, at least that of 1e-300, else log g.
+def log_greatest(data: ProgramData, likelihood: RelationLikelihood, phrase: Phrase) -> Tensor:
+    """Return the log of the greatest g over cells and fronts, shape (V..., U..., 1, 1)."""
+    if data.model.normalisation != "map":
+        return torch.zeros(1, dtype=torch.float64)
+    fronts = None
+    if phrase.frames is not None:
+        turns = torch.arange(_PEAK_FRONTS, dtype=torch.float64)
+        fronts = turns * (2 * math.pi / _PEAK_FRONTS)
+    tables = phrase.over_meanings(
+        lambda meant, _: likelihood.log_g(meant, meant.directions(fronts))
+    )
+    return tables.amax((-2, -1), keepdim=True)
 
-    The floor keeps a cell on the ground of "not on Main Street" from turning sums into NaN.
+
+def log_held(log_g: Tensor, relation: RelationTerm, model: Preset, log_peak: Tensor) -> Tensor:
+    """Return the log of what holds: g, or of a denied relation 1 - denial g / max g.
+
+    Observing 0 of a factor that is divided by its sum over the map would tell next to nothing;
+    divided by its greatest value it tells as much as an asserted phrase. Under other
+    normalisations g is the probability of a truth or of a word, and 1 - g that of its denial. At
+    least the log of 1e-300: a cell that is ruled out must not turn sums into NaN.
     """
-    return log1mexp(log_g).clamp_min(LEAST_LOG) if relation.negated else log_g
+    if not relation.negated:
+        return log_g
+    if model.normalisation == "map":
+        log_g = log_g - log_peak + math.log(max(model.denial, 1e-300))
+    return log1mexp(log_g.clamp_max(0.0)).clamp_min(LEAST_LOG)
+
+
+_PEAK_FRONTS = 72
 
 
 def with_lapse(log_p: Tensor, model: Preset, log_uninformative: float) -> Tensor:
@@ -540,9 +591,14 @@ def build(
     >>> said = sloop.parse("the green toyota is behind velvet dog", city)
     >>> program = sloop.models.build(said, city, "bayes")
     >>> trace = pyro.poutine.trace(program).get_trace()
-    >>> [name for name in trace.stochastic_nodes if "/" in name]
-    ['GreenToyota/component', 'GreenToyota/cell', 'GreenToyota/frame_0', 'GreenToyota/lapse_0']
+    >>> [name for name in trace.stochastic_nodes if name.endswith(("cell", "_0"))]
+    ['GreenToyota/cell', 'GreenToyota/frame_0', 'GreenToyota/lapse_0']
     """
+    if not isinstance(description, Description) or not isinstance(city, CityMap):
+        raise InputError(
+            f"The program is built of a {type(description).__name__} and a {type(city).__name__}; "
+            "expected what parse(text, city) and load_map(name) return"
+        )
     chosen = preset(model)
     if frames not in get_args(Frames):
         raise UnknownName("way to draw frames", str(frames), get_args(Frames))
@@ -550,10 +606,25 @@ def build(
     for name in priors or {}:
         if name not in known:
             raise UnknownName(f"parameter of the likelihood of {chosen.name}", name, known)
+    for name, prior in (priors or {}).items():
+        if not isinstance(prior, torch.distributions.Distribution):
+            raise InputError(
+                f"The prior of '{name}' is {prior!r}; expected a distribution, such as "
+                "pyro.distributions.LogNormal(0.0, 1.0)"
+            )
     grounded = ground_description(description, city, chosen)
     truths = true_places(truth, tuple(grounded), chosen)
-    if frame_bins < 1:
-        raise InputError(f"frame_bins is {frame_bins}; expected at least one angle")
+    if isinstance(frame_bins, bool) or not isinstance(frame_bins, int) or frame_bins < 1:
+        raise InputError(f"frame_bins is {frame_bins!r}; expected a whole number of angles above 0")
+    shape = (len(grounded), city.grid.size)
+    if log_prior is not None and (
+        not isinstance(log_prior, Tensor) or tuple(log_prior.shape) != shape
+    ):
+        found = tuple(getattr(log_prior, "shape", ()))
+        raise InputError(
+            f"log_prior is a {type(log_prior).__name__} of shape {found}; expected a torch tensor "
+            f"of shape {shape}: targets, cells"
+        )
     data = program_data(grounded, city, chosen, log_prior, truths=truths, number_priors=priors)
     if frames == "bins":
         check_size(data, frame_bins)
@@ -571,8 +642,8 @@ def check_continuous(data: ProgramData) -> None:
     InputError
         When it has none; NUTS would return nothing.
     """
-    own = [phrase.frames or () for _, _, phrase in data.framed_phrases()]
-    if data.number_priors or any(not frame.is_point for frames in own for frame in frames):
+    own = [frame for _, _, phrase in data.framed_phrases() for frame in phrase.frames or ()]
+    if data.number_priors or any(frame is not None and not frame.is_point for frame in own):
         return
     raise InputError(
         f"Model '{data.model.name}' has no continuous latent here: no phrase depends on a frame "
@@ -599,7 +670,7 @@ def check_density(data: ProgramData, what: str, *, points: bool = True) -> None:
         When a frame, or a part of it, is a point.
     """
     for _, _, phrase in data.framed_phrases():
-        for frame in phrase.frames or ():
+        for frame in filter(None, phrase.frames or ()):
             pointed = any(math.isinf(part.kappa) for part in frame.parts)
             if pointed and not (points and frame.is_point):
                 raise InputError(

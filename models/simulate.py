@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -14,13 +14,14 @@ from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, Ta
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import PredictedSpread
+from sloop_ppl.models.grounding import latents_of
 from sloop_ppl.models.likelihoods import LIKELIHOODS
-from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.presets import Preset, preset
 from sloop_ppl.models.program import word_weights
 from sloop_ppl.models.terms import RelationTerm, ground_relations, word_options
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS, in_english, speakable_grounds
 
-__all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "why_mute"]
+__all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_mute"]
 
 _FRONTS = 360
 _TOGETHER = 128
@@ -35,6 +36,71 @@ SPEAKER = Preset(
     lapse=0.1,
 )
 """A speaker whose every choice has a probability: means what is said, or chooses carelessly."""
+
+
+def speaker_of(model: str | Preset) -> Preset:
+    """Return a model as a speaker: each phrase a choice among what could have been said.
+
+    Parameters
+    ----------
+    model
+        A model's name, or a Preset; one that speaks is returned as it is.
+
+    Returns
+    -------
+    Preset
+        With ``speaker`` normalisation, neither tempered nor blurred, frames not shared. Components
+        that are plain products of all phrases keep their weight; what the others have goes to words
+        chosen carelessly. It runs forward (`simulate`), and its evidence is a probability of what
+        was said.
+
+    Raises
+    ------
+    UnknownName
+        When there is no such model.
+    InputError
+        When it cannot speak: no component is a plain product, or it declares latents.
+
+    Notes
+    -----
+    `bayes` is a listener: factors normalised over the map, tempered since phrases of one speaker
+    are not independent. What it believes is not what its speaker would lead a listener of the
+    same kind to believe; docs/models.md says by how much they differ.
+
+    Examples
+    --------
+    >>> speaker_of("bayes").normalisation
+    'speaker'
+    """
+    chosen = preset(model)
+    if why_mute(chosen) is None:
+        return chosen
+    if latents_of(chosen):
+        raise InputError(
+            f"Model '{chosen.name}' declares latents, which a speaker does not draw; leave them "
+            "out to let it speak"
+        )
+    literal = sum(p.weight for p in chosen.components if p.uses_frames and not chosen.needs_truth)
+    if not literal:
+        raise InputError(
+            f"Model '{chosen.name}' has no component that is a plain product of phrases, so it "
+            "cannot speak; expected one such as bayes or sloop"
+        )
+    careless = sum(p.weight for p in chosen.components) - literal
+    parts = [Component("literal", literal)]
+    if careless > 0:
+        parts.append(Component("careless", careless, combine="idle"))
+    return replace(
+        chosen,
+        name=f"{chosen.name}, speaking",
+        components=tuple(parts),
+        normalisation="speaker",
+        temper=0.0,
+        error_m=0.0,
+        unreliable=0.0,
+        shared_frames=False,
+        variant="published",
+    )
 
 
 @dataclass(frozen=True)
@@ -76,7 +142,7 @@ def simulate(
     targets: Sequence[str | TargetObject],
     rng: np.random.Generator,
     *,
-    model: Preset = SPEAKER,
+    model: str | Preset = SPEAKER,
     phrases: int | tuple[int, int] = (1, 3),
     grounds: Sequence[str] | None = None,
     prior: NDArray[np.float64] | None = None,
@@ -88,7 +154,7 @@ def simulate(
     city : the map.
     targets : objects, or ids; the ids of the default objects have their names.
     rng : where everything is drawn from.
-    model : a model with ``speaker`` normalisation whose components are products or ``idle``.
+    model : a model's name, or a Preset, as a speaker; see `speaker_of`.
     phrases : how many phrases a target gets: a number, or the least and the most, as likely each.
     grounds : ids of the landmarks that may be spoken of; those with a name of their own when None.
     prior : weights of the cells, shape (H, W); uniform when None.
@@ -117,8 +183,7 @@ def simulate(
     >>> len(drawn.description.relations)
     2
     """
-    if reason := why_mute(model):
-        raise InputError(reason)
+    model = speaker_of(model)
     named = {target.id: target for target in DEFAULT_TARGETS}
     objects = tuple(
         named.get(t, TargetObject(t, (t,))) if isinstance(t, str) else t for t in targets
@@ -257,6 +322,8 @@ def why_mute(model: Preset) -> str | None:
                 f"Component '{part.name}' of model '{model.name}' gives words no probability; "
                 "expected plain products and combine='idle'"
             )
+    if latents_of(model):
+        return f"Model '{model.name}' declares latents, which a simulated speaker does not draw"
     if model.temper or model.error_m or model.shared_frames:
         return (
             f"Model '{model.name}' tempers, blurs or shares frames, which the speaker does not; "

@@ -48,10 +48,12 @@ class RelationTerm:
     index : position of the relation this term comes from among those of its figure.
     figure : id of the target it is about.
     joint : True when between, across, along and several grounds have a meaning of their own.
+    each : True when it is one of several terms of one phrase, which is said of each ground.
     cells : the cells that the fields are of, in this order, repeats allowed, shape (S,); None for
         all cells of the map. See `at`.
     latents : values of latents that the model declares, by name; see
         :class:`sloop_ppl.models.Latent`.
+    description : position of the text it comes from among those of its speaker.
     """
 
     relation: str
@@ -62,9 +64,11 @@ class RelationTerm:
     said_distance_m: float | None = None
     index: int = 0
     joint: bool = False
+    each: bool = False
     cells: NDArray[np.intp] | None = None
     figure: str = ""
     latents: Mapping[str, Any] = field(default_factory=dict)
+    description: int = 0
 
     @property
     def n_cells(self) -> int:
@@ -327,8 +331,9 @@ def ground_relations(
                 index=index,
                 joint=joint,
                 figure=relation.figure,
+                each=relation.each,
             )
-            for together in _split(grounds, city, joint)
+            for together in _split(grounds, city, joint and not relation.each)
         ]
     return tuple(terms)
 

@@ -16,7 +16,7 @@ from sloop_ppl.models.presets import Preset
 
 __all__ = ["load_parameters", "with_parameters"]
 
-_MODEL_NUMBERS = ("lapse", "temper", "error_m")
+_MODEL_NUMBERS = ("lapse", "temper", "error_m", "denial", "unreliable")
 _MODEL_SWITCHES = ("joint_grounds", "heed_distance", "shared_frames")
 _SHARES = ("lapse", "absolute")
 

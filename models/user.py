@@ -83,15 +83,17 @@ def load_model(spec: str, base: str = "bayes") -> Preset:
     with _told(told, path):
         if inspect.isclass(found) or (_is_function(found) and not _needs(found)):
             found = found()
+    place = f"{path.resolve()}:{name}"
     if isinstance(found, Preset):
-        return replace(found, name=told, likelihood=guarded(found.likelihood, told, path))
+        kept = guarded(found.likelihood, told, path, place)
+        return replace(found, name=told, likelihood=kept)
     if callable(getattr(found, "log_g", None)):
         likelihood = found
     elif _is_function(found) and len(_needs(found)) == 2:
         likelihood = FunctionLikelihood(found)
     else:
         raise InputError(f"Model '{told}' is a {type(found).__name__}; expected {_WANTED}")
-    return replace(preset(base), name=told, likelihood=guarded(likelihood, told, path))
+    return replace(preset(base), name=told, likelihood=guarded(likelihood, told, path, place))
 
 
 def _run(path: Path) -> ModuleType:

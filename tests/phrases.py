@@ -23,5 +23,4 @@ def log_phrase(term, city, model):
 def log_phrase_given_front(term, city, model, fronts_rad):
     """Return the same for each of B fronts of the ground, shape (B, S)."""
     tables = PhraseTables(data_of(term, city, model), term)
-    given = tables.log_phi_given_frame(fronts_rad).aligned(("draw", "cell"))
-    return given.expand(len(fronts_rad), city.grid.size)
+    return tables.log_phi_given_frame(fronts_rad).expand(len(fronts_rad), city.grid.size)

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from sloop_ppl.bridge.words import facing, percent, relations_in_words
-from sloop_ppl.inference import hpd_places, mode_m
+from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps.whereabouts import whereabouts
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ _NEAR_M = 15.0
 _SUSPECT = 1.5
 _CERTAIN = 1 - 1e-9
 _MOST_PLACES = 3
+_SURPRISING = 0.1
 
 
 def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) -> list[str]:
@@ -77,6 +78,7 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
         if lapse.p > max(_SUSPECT * lapse.prior, 0.0):
             was = percent(lapse.prior)
             yield f"perhaps wrong: “{words[lapse.index]}”, {percent(lapse.p)} (was {was})"
+    yield from _surprises(posterior, target, words)
     components, prior = posterior.component(target), posterior.component_prior(target)
     if len(components) > 1:
         told = ", ".join(
@@ -86,6 +88,7 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
         )
         yield f"read as: {told}"
     yield from _fronts(posterior, target)
+    yield from _latents(posterior)
     yield "what would change it:"
     changes = list(_changes(posterior, target, influences, words))
     yield from changes or ["  no phrase by itself, and no front"]
@@ -94,16 +97,43 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
 def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
     for framed in posterior.framed(target):
         front = posterior.frame(target, framed.term.ground, framed.relation)
-        mean = _mean(front)
-        near = np.cos(front["angle"].values - mean) >= math.sqrt(0.5) - 1e-9
-        after, before = float(front[near].sum()), float(front["prior"][near].sum())
+        angles, prior = front["angle"].values, front["prior"].values
+        modes = modes_of(front.values, angles)
         label = posterior.city.landmark(framed.term.ground).label
-        sure = f"{percent(after)} within 45° of that (was {percent(before)})"
-        yield (
-            f"front: “{framed.term.relation}” takes {label} to face {facing(mean)} "
-            f"({math.degrees(mean) % 360:.0f}° from east), "
-            f"{'taken as certain' if before > _CERTAIN else sure}"
-        )
+        told = []
+        for mean, _ in modes:
+            near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
+            before, after = float(prior[near].sum()), float(front.values[near].sum())
+            sure = f"{percent(after)} within 45° of that (was {percent(before)})"
+            certain = before > _CERTAIN and len(modes) == 1
+            told.append(
+                f"{facing(mean)} ({math.degrees(mean) % 360:.0f}° from east), "
+                f"{'taken as certain' if certain else sure}"
+            )
+        yield f"front: “{framed.term.relation}” takes {label} to face {'; or '.join(told)}"
+
+
+def _surprises(posterior: Posterior, target: str, words: tuple[str, ...]) -> Iterator[str]:
+    """Tell of phrases that were hardly to be expected, given the others."""
+    if len(words) < 2 or not posterior.can_speak:
+        return
+    for check in posterior.predictive(target):
+        if check.tail < _SURPRISING and not check.relation.negated:
+            word, most = max(check.words.items(), key=lambda pair: pair[1])
+            yield (
+                f"surprising: “{words[check.index]}”, {percent(check.p)} given the rest, word "
+                f"{check.rank} of {len(check.words)}; “{word}” had {percent(most)}"
+            )
+
+
+def _latents(posterior: Posterior) -> Iterator[str]:
+    """Tell the values of declared latents that became more probable than they were."""
+    for name in posterior.latents:
+        table = posterior.latent(name)
+        shares = zip(table[name].values, table.values, table["prior"].values, strict=True)
+        ranked = sorted(shares, key=lambda share: -share[1])[:_MOST_PLACES]
+        told = ", ".join(f"{value} {percent(p)} (was {percent(q)})" for value, p, q in ranked)
+        yield f"{name}: {told}"
 
 
 def _changes(

@@ -25,6 +25,8 @@ _PHRASES = {
 }
 """Relation word -> how it is said before a ground, where that is not the word itself."""
 
+_MOST_LABELS = 3
+
 _COMPASS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
 
 
@@ -50,9 +52,12 @@ def facing(angle_rad: float) -> str:
 
 
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:
-    grounds = " and ".join(
+    labels = [
         city.landmark(ground).label if ground in city else "the map" for ground in relation.grounds
-    )
+    ]
+    grounds = (" or " if relation.each else " and ").join(labels)
+    if relation.each and len(labels) > _MOST_LABELS:
+        grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{relation.distance_m:g} m " if relation.distance_m is not None else ""
     said = _PHRASES.get(relation.relation, "{}")

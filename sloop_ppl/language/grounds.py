@@ -36,6 +36,7 @@ class Ground:
     ids : id of the landmark, or ids of the figures; empty when unknown.
     candidates : ids of the landmarks that come nearest.
     confidence : how sure the link is, in [0, 1].
+    every : ids of all landmarks of the kind, where any of it is spoken of ("a bank").
     """
 
     kind: str
@@ -44,6 +45,7 @@ class Ground:
     ids: tuple[str, ...] = ()
     candidates: tuple[str, ...] = ()
     confidence: float = 1.0
+    every: tuple[str, ...] = ()
 
 
 @dataclass
@@ -191,13 +193,14 @@ class GroundReader:
                 if ground.ids[0] in matching:
                     return Ground("landmark", first, last, ground.ids, confidence=0.8), after
         best = self.places.best_of_kind(str(item.value), self._norms(item))
+        every = () if definite else matching
         if len(best) == 1 and not pointing:
-            ground = Ground("landmark", first, last, best, confidence=0.8)
+            ground = Ground("landmark", first, last, best, confidence=0.8, every=every)
             self.spoken.append(ground)
             return ground, after
         if pointing and self.spoken:
             return Ground("landmark", first, last, self.spoken[-1].ids, confidence=0.5), after
-        return Ground("unknown", first, last, (), (best or matching)[:3]), after
+        return Ground("unknown", first, last, (), (best or matching)[:3], every=every), after
 
     def _sided(self, at: int) -> bool:
         """Whether "side of" (or another part) stands before: "the left side of the street"."""

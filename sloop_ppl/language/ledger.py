@@ -109,10 +109,19 @@ class Ledger:
         if not ids:
             self.reading.loose.append(Ground("cue", *phrase.cue))
             return
-        known = tuple(g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids)
-        self.reading.loose += [g for g in phrase.grounds if g not in known]
+        any_of = tuple(g for g in phrase.grounds if phrase.negated and len(g.every) > 1)
+        known = tuple(
+            g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids and g not in any_of
+        )
+        self.reading.loose += [g for g in phrase.grounds if g not in (*known, *any_of)]
         if known:
             told = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
+            self.reading.attached.append(Attached(ids, span, told, confidence))
+        for ground in any_of:
+            every = tuple(
+                replace(ground, kind="landmark", ids=(one,), confidence=0.8) for one in ground.every
+            )
+            told = replace(phrase, grounds=every, joint=False, each=True)
             self.reading.attached.append(Attached(ids, span, told, confidence))
 
     def _respectively(self) -> None:

@@ -30,6 +30,7 @@ class RelationPhrase:
     corner : whether that is a corner.
     part : whether a part was named ("side", "corner").
     own : whether it is a side of what was spoken of ("to its left").
+    each : whether it holds of each ground by itself ("not near a bank").
     negated : whether the phrase is denied.
     distance_m : the distance that was said.
     cue : half-open range of words of the cue.
@@ -46,6 +47,7 @@ class RelationPhrase:
     negated: bool = False
     distance_m: float | None = None
     own: bool = False
+    each: bool = False
 
 
 def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] | None:

@@ -160,7 +160,8 @@ def to_description(state: TextReading) -> Description:
 
 def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
     phrase = one.phrase
-    groups = [phrase.grounds] if phrase.joint else [(g,) for g in phrase.grounds]
+    whole = phrase.joint or phrase.each
+    groups = [phrase.grounds] if whole else [(g,) for g in phrase.grounds]
     return [
         SpatialRelation(
             figure=figure,
@@ -174,6 +175,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
                 _chars(state.words, *phrase.cue),
                 tuple(_chars(state.words, g.first, g.last) for g in grounds),
             ),
+            each=phrase.each,
         )
         for figure in one.figures
         for relation in phrase.relations

@@ -54,6 +54,7 @@ class SpatialRelation:
     distance_m : the distance that was said, metres, or None.
     confidence : how sure the parser is, in [0, 1].
     spans : where it was read; None when it was not read from text.
+    each : True when it holds of each ground by itself: "not near a bank" denies every bank.
 
     Raises
     ------
@@ -68,6 +69,7 @@ class SpatialRelation:
     distance_m: float | None = None
     confidence: float = 1.0
     spans: RelationSpans | None = None
+    each: bool = False
 
     def __post_init__(self) -> None:
         check_relation(self.relation)
@@ -110,6 +112,8 @@ class Description:
     targets : the objects it speaks of.
     relations : what it says about them.
     unresolved : what was not understood.
+    speaker : who says it; None for a person of whom nothing else is known. What one speaker says
+        in several texts is one longer description; several speakers are independent.
     """
 
     text: str
@@ -117,6 +121,7 @@ class Description:
     targets: tuple[TargetObject, ...]
     relations: tuple[SpatialRelation, ...]
     unresolved: tuple[Unresolved, ...] = ()
+    speaker: str | None = None
 
     def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
         """Return the relations whose figure is this target, in the order they were said."""

@@ -1,7 +1,7 @@
 """Figures: maps, beliefs, frames and searches, drawn with matplotlib on the axes that are given."""
 
 from sloop_ppl.plots.animation import animate_search
-from sloop_ppl.plots.bars import plot_components, plot_influence
+from sloop_ppl.plots.bars import plot_components, plot_influence, plot_latent, plot_words
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
 from sloop_ppl.plots.city import plot_map
 from sloop_ppl.plots.context import plot_context
@@ -36,10 +36,12 @@ __all__ = [
     "plot_frame",
     "plot_fronts",
     "plot_influence",
+    "plot_latent",
     "plot_map",
     "plot_relations",
     "plot_search",
     "plot_sheet",
     "plot_sheets",
+    "plot_words",
     "save_figure",
 ]

@@ -10,7 +10,21 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
 
-__all__ = ["DistributionLike", "EpisodeLike", "FrameLike", "PosteriorLike", "RelationLike"]
+__all__ = [
+    "DistributionLike",
+    "EpisodeLike",
+    "FrameLike",
+    "LatentsLike",
+    "PosteriorLike",
+    "RelationLike",
+]
+
+
+class LatentsLike(Protocol):
+    """A posterior that answers for latents that its model declares."""
+
+    def latent(self, name: str) -> Any:
+        """Return the probability of each value, a labelled array with the coordinate prior."""
 
 
 class RelationLike(Protocol):

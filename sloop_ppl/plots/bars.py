@@ -10,11 +10,12 @@ import numpy as np
 from sloop_ppl.errors import InputError
 from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
 from sloop_ppl.plots._palette import ACCENTS, INK, TARGET_COLOURS
+from sloop_ppl.plots._protocols import LatentsLike
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_components", "plot_influence"]
+__all__ = ["plot_components", "plot_influence", "plot_latent", "plot_words"]
 
 
 def plot_components(
@@ -23,6 +24,7 @@ def plot_components(
     prior: Mapping[str, float] | None = None,
     ax: Axes | None = None,
     title: str | None = None,
+    label: str = "probability of the component (%)",
 ) -> Axes:
     """Draw the probability of each mixture component, before and after the description.
 
@@ -32,6 +34,7 @@ def plot_components(
     prior : component -> probability before; None to leave it out.
     ax : axes to draw on; a new pyplot figure when None.
     title : title of the axes.
+    label : what the probabilities are of.
 
     Returns
     -------
@@ -56,10 +59,10 @@ def plot_components(
     axes = new_axes(ax, width=4.4, height=0.7 + 0.42 * len(after))
     size = font_pt(width_in(axes)) + 0.5
     thick = 0.8 / len(sets)
-    for k, (label, values, colour) in enumerate(sets):
+    for k, (when, values, colour) in enumerate(sets):
         at = np.arange(len(after)) + (k - (len(sets) - 1) / 2) * thick
         shares = [100 * values[name] for name in after]
-        axes.barh(at, shares, height=0.92 * thick, color=colour, label=label)
+        axes.barh(at, shares, height=0.92 * thick, color=colour, label=when)
         for y, share in zip(at, shares, strict=True):
             axes.annotate(
                 f"{share:.0f} %" if share >= 1 or share == 0 else "< 1 %",
@@ -72,7 +75,7 @@ def plot_components(
             )
     axes.set_xlim(0, 112)
     axes.set_xticks([0, 25, 50, 75, 100])
-    _finish(axes, list(after), "probability of the component (%)", title, size)
+    _finish(axes, list(after), label, title, size)
     if len(sets) > 1:
         axes.legend(fontsize=size, frameon=False, loc="lower right", labelcolor=INK)
     return axes
@@ -152,3 +155,79 @@ def _finish(axes: Axes, names: list[str], label: str, title: str | None, size: f
     if title:
         told_title = fitted(title, size + 1, width_in(axes))
         axes.set_title(told_title, fontsize=size + 1, color=INK, pad=5, parse_math=False)
+
+
+def plot_latent(posterior: LatentsLike, name: str, *, ax: Axes | None = None) -> Axes:
+    """Draw how probable each value of a latent is, before and after what was said.
+
+    Parameters
+    ----------
+    posterior
+        What is believed.
+    name
+        One of ``posterior.latents``.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Bars in per cent, the number at the end of each.
+
+    Raises
+    ------
+    UnknownName
+        When the model declares no such latent.
+    """
+    table = posterior.latent(name)
+    values = [str(value) for value in table[name].values]
+    after = dict(zip(values, map(float, table.values), strict=True))
+    before = dict(zip(values, map(float, table["prior"].values), strict=True))
+    return plot_components(
+        after, prior=before, ax=ax, title=name, label="probability of the value (%)"
+    )
+
+
+def plot_words(
+    words: Mapping[str, float], said: str, *, ax: Axes | None = None, title: str | None = None
+) -> Axes:
+    """Draw how expected each word was, and which one was said.
+
+    Parameters
+    ----------
+    words
+        Word -> probability, as ``PhraseCheck.words`` gives them.
+    said
+        The word that was said; it is drawn in another colour.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    title
+        Title of the axes.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Bars in per cent, the most probable word at the top.
+
+    Raises
+    ------
+    InputError
+        When there is no word, a number is outside [0, 1], or what was said is none of the words.
+    """
+    shares = _numbers(words, "words", low=0.0, high=1.0)
+    if said not in shares:
+        raise InputError(f"'{said}' is none of the words {', '.join(shares)}; expected one of them")
+    ranked = dict(sorted(shares.items(), key=lambda pair: -pair[1]))
+    axes = new_axes(ax, width=4.4, height=0.7 + 0.26 * len(ranked))
+    colours = [TARGET_COLOURS[0] if word == said else ACCENTS["prior"] for word in ranked]
+    axes.barh(np.arange(len(ranked)), [100 * p for p in ranked.values()], color=colours)
+    size = font_pt(width_in(axes)) + 0.5
+    axes.set_yticks(np.arange(len(ranked)), list(ranked), fontsize=size)
+    axes.invert_yaxis()
+    axes.set_xlabel("how expected, %", fontsize=size)
+    axes.tick_params(axis="x", labelsize=size - 0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    if title is not None:
+        axes.set_title(title, fontsize=size + 1)
+    return axes

@@ -3,12 +3,14 @@
 import importlib.util
 import inspect
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.inference import ParameterDraws
+from sloop_ppl.models import preset
 from sloop_ppl.models.program import generative_model
 from sloop_ppl.models.simulate import SPEAKER
 from sloop_ppl.models.tuning import load_parameters, with_parameters
@@ -36,6 +38,33 @@ def test_one_sentence_under_three_models(tmp_path):
     assert apart["the paper's text"] < 1e-9
     assert min(apart["its published code"], apart["ours (bayes)"]) > 0.1
     assert said.relations != turned.relations
+
+
+def test_a_denied_phrase_has_the_belief_that_the_page_says(tmp_path):
+    path = ROOT / "examples" / "denied_phrase.py"
+    spec = importlib.util.spec_from_file_location("example_denied_phrase", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    asserted, denied = example.main(tmp_path / "a.png").values()
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert asserted > 0.9
+    page = (ROOT / "docs" / "models.md").read_text()
+    (row,) = re.findall(r'^\| "not near Ivy" \| (.*) \|$', page, re.MULTILINE)
+    uniform, plain, scaled = map(float, row.split(" | "))
+    assert denied == pytest.approx(scaled, abs=6e-5)
+    city = sloop.load_map("cleveland")
+    near = city.fields("Ivy").distance_m <= example.NEAR_M
+    assert near.mean() == pytest.approx(uniform, abs=6e-5)
+    certain = replace(preset("bayes"), denial=1.0)  # "near" reaches 1, so this is 1 - g
+    belief = sloop.infer(sloop.parse(example.TEXTS[1], city), city, certain).belief("RedBike")
+    assert belief[near].sum() == pytest.approx(plain, abs=6e-5)
+
+
+def test_every_picture_and_link_of_the_page_leads_somewhere():
+    docs = ROOT / "docs"
+    links = re.findall(r"\]\((?!http)([^)#]+)", (docs / "models.md").read_text())
+    assert len(links) > 8
+    assert [link for link in links if not (docs / link).exists()] == []
 
 
 def test_every_line_of_the_table_of_equations_is_one_of_the_program():

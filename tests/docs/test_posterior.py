@@ -25,9 +25,15 @@ def test_the_page_runs_and_says_what_is_so(tmp_path, monkeypatch, capsys):
     slips = dict(re.findall(r"(\w+) \('\w+',\) 0\.10 -> ([\d.]+)", out))
     assert float(slips["on"]) > 0.7
     assert max(float(slips["near"]), float(slips["west"])) < 0.3
+    assert (tmp_path / "words.png").stat().st_size > 10_000
+    ranks = dict(re.findall(r"^(\w+) (\d+) 0\.\d\d$", out, re.MULTILINE))
+    assert ranks == {"near": "1", "west": "11", "on": "11"}
+    assert "4.85 nats of one speaker, 4.58 of two" in out
+    trusted = dict(re.findall(r"(\w+) means it: (0\.\d\d)", out))
+    assert float(trusted["Ann"]) > float(trusted["Bo"]) > float(trusted["Cy"])
 
 
 def test_every_picture_of_the_page_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", PAGE.read_text())
-    assert len(pictures) == 3
+    assert len(pictures) == 4
     assert [p for p in pictures if not (PAGE.parent / p).exists()] == []

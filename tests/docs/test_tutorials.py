@@ -92,6 +92,6 @@ def test_the_parameters_of_the_page_are_some():
 
 def test_every_link_of_the_page_leads_somewhere():
     links = re.findall(r"\]\((?!http)([^)]+)\)", PAGE)
-    assert len(links) == 4
+    assert len(links) == 5
     files = [link.partition("#")[0] for link in links]
     assert [file for file in files if not (DOCS / file).exists()] == []

@@ -53,5 +53,5 @@ def test_utterances_that_cannot_be_drawn():
         POSTERIOR.utterances(TARGET, 0, rng=rng)
     with pytest.raises(UnknownName, match="Target 'Bus' is unknown"):
         POSTERIOR.utterances("Bus", 1, rng=rng)
-    with pytest.raises(InputError, match="expected 'speaker'"):
-        POSTERIOR.utterances(TARGET, 1, rng=rng, speaker=preset("sloop"))
+    with pytest.raises(InputError, match="so it cannot speak"):
+        POSTERIOR.utterances(TARGET, 1, rng=rng, speaker=preset("keyword"))

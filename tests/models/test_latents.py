@@ -215,5 +215,5 @@ def test_a_name_used_twice_is_refused():
 
 def test_a_model_with_latents_is_saved_by_its_name_alone(tmp_path):
     posterior, _ = infer_description(NEAR_AND_NORTH, CITY, model(which_kiosk()))
-    with pytest.raises(InputError, match="declares latents, which are functions and cannot be"):
+    with pytest.raises(InputError, match="declares latents with functions, which cannot be"):
         posterior.save(tmp_path / "p.nc")

@@ -9,7 +9,7 @@ import sloop_ppl as sloop
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps
-from sloop_ppl.models import preset
+from sloop_ppl.models import Latent, preset
 from sloop_ppl.models.simulate import (
     SPEAKER,
     _choose_words,
@@ -19,8 +19,9 @@ from sloop_ppl.models.simulate import (
     simulate,
 )
 from sloop_ppl.models.vocabulary import SPEAKER_WORDS, TEMPLATES, in_english, speakable_grounds
-from tests.mixture import MIXTURE
 from tests.phrases import log_phrase_given_front
+
+DECLARED = replace(SPEAKER, latents=(Latent("mood", ("good", "bad"), (0.5, 0.5)),))
 
 
 @pytest.fixture(scope="module")
@@ -111,9 +112,9 @@ def test_the_same_seed_says_the_same(city):
 @pytest.mark.parametrize(
     ("model", "message"),
     [
-        (preset("bayes"), "Model 'bayes' has 'map' normalisation, which gives words no"),
-        (replace(MIXTURE, normalisation="speaker"), "Component 'no-frame' of model"),
-        (replace(SPEAKER, temper=0.5), "Model 'speaker' tempers, blurs or shares frames"),
+        (preset("informed"), "Model 'informed' has no component that is a plain product"),
+        (preset("keyword"), "Model 'keyword' has no component that is a plain product"),
+        (DECLARED, "Model 'speaker' declares latents, which a speaker does not draw"),
     ],
 )
 def test_what_cannot_be_run_forward_is_refused(city, model, message):

@@ -24,4 +24,9 @@ def test_the_python_in_the_readme_runs(tmp_path, monkeypatch, capsys):
 def test_every_link_in_the_readme_leads_somewhere():
     links = re.findall(r"\]\((?!http)([^)]+)\)", (ROOT / "README.md").read_text())
     assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+    for file, _, heading in (link.partition("#") for link in links):
+        assert (ROOT / file).exists()
+        if heading:
+            lines = (ROOT / file).read_text().splitlines()
+            titles = [line.lstrip("# ") for line in lines if line.startswith("#")]
+            assert heading in [re.sub(r"[^\w-]", "", t.lower().replace(" ", "-")) for t in titles]

@@ -1,0 +1,124 @@
+"""How expected each phrase was, given all the others: a predictive check of what was said.
+
+Shape legend: V words that could have been said of a ground; S cells; B fronts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sloop_ppl.language import SpatialRelation
+from sloop_ppl.models import Preset, RelationTerm
+from sloop_ppl.models._speaker import front_masses
+from sloop_ppl.models.program import word_weights
+from sloop_ppl.models.terms import word_options
+
+__all__ = ["PhraseCheck", "check_phrase", "word_probabilities"]
+
+Table = NDArray[np.float64]
+
+_FRONTS = 72
+
+
+@dataclass(frozen=True)
+class PhraseCheck:
+    """How expected one phrase was.
+
+    Parameters
+    ----------
+    relation
+        The relation.
+    index
+        Its position in ``posterior.relations(target)``.
+    p
+        Probability that of its ground just this would be said, given all other phrases.
+    rank
+        Place of its word among all that could have been said, 1 the most probable.
+    tail
+        Probability of all that is no more probable than it, half of its own counted: uniform when
+        the model is right, near 0 where a phrase surprises.
+    words
+        Word -> its probability; they sum to one.
+    word
+        Which of them the relation counts as: several words mean the same.
+    """
+
+    relation: SpatialRelation
+    index: int
+    p: float
+    rank: int
+    tail: float
+    words: Mapping[str, float]
+    word: str
+
+
+def word_probabilities(term: RelationTerm, model: Preset, belief: Table) -> dict[str, float]:
+    """Return the probability of each word of a ground where a target is believed to be.
+
+    Parameters
+    ----------
+    term
+        A relation to the ground; its own word is one of the choices.
+    model
+        A model that speaks: plain products, or words chosen carelessly.
+    belief
+        Probability of each cell, shape (S,).
+
+    Notes
+    -----
+    sum_s b(s) [w (1 - lapse) E_psi P(word | s, psi) + (1 - w (1 - lapse)) / V] with w the weight
+    of the literal components, and P the softmax of log g over words.
+    """
+    options, _ = word_options(term)
+    prior = model.front_prior(term)
+    if prior is None:
+        raise ValueError(f"Model '{model.name}' does not speak; expected speaker_of(model)")
+    fronts, log_mass = front_masses(prior, _FRONTS)
+    with torch.no_grad():
+        weights = word_weights(model.likelihood, options, fronts)
+        meant = [
+            float(torch.logsumexp(weights.log_chance(v) + log_mass, 0).exp().numpy() @ belief)
+            for v in range(len(options))
+        ]
+    total = sum(part.weight for part in model.components)
+    literal = sum(part.weight for part in model.components if part.combine != "idle") / total
+    share = literal * (1 - model.lapse)
+    words = {
+        o.relation: share * m + (1 - share) / len(options)
+        for o, m in zip(options, meant, strict=True)
+    }
+    scale = math.fsum(words.values())
+    return {word: p / scale for word, p in words.items()}
+
+
+def check_phrase(
+    relation: SpatialRelation, index: int, term: RelationTerm, model: Preset, belief: Table
+) -> PhraseCheck:
+    """Return how expected a phrase was where its target is believed to be without it.
+
+    Parameters
+    ----------
+    relation, index
+        The relation and its position among those of the target.
+    term
+        The relation, grounded.
+    model
+        A model that speaks.
+    belief
+        Belief given all other phrases, shape (S,).
+    """
+    words = word_probabilities(term, model, belief)
+    options, chosen = word_options(term)
+    word = options[chosen].relation
+    own = words[word]
+    p = 1 - own if term.negated else own
+    higher = [q for q in words.values() if q > own * (1 + 1e-12)]
+    same = [q for q in words.values() if abs(q - own) <= own * 1e-12]
+    tail = 1 - math.fsum(higher) - 0.5 * math.fsum(same)
+    return PhraseCheck(relation, index, p, len(higher) + 1, min(max(tail, 0.0), 1.0), words, word)
