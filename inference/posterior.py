@@ -596,7 +596,7 @@ class Posterior:
         before = {**self.log_prior, **{t: uniform[t] for t in targets if t not in self.targets}}
         known = next((f for f in self.factors if f.is_by(description.speaker)), None)
         texts = (*known.descriptions, description) if known else (description,)
-        heard = weigh(texts, self.city, self.model, self.method, before, rng=rng)
+        heard = weigh(texts, self.city, self.model, self.method, before, truth=self._truth, rng=rng)
         factors = tuple(heard if factor is known else factor for factor in self.factors)
         after = replace(
             self,
@@ -697,6 +697,14 @@ class Posterior:
             self.city, self.model, self.method, self.log_prior, self.factors, self.log_sensed
         )
 
+    @property
+    def _truth(self) -> dict[str, tuple[float, float]]:
+        """Where targets are, of a model that was told."""
+        told: dict[str, tuple[float, float]] = {}
+        for factor in self.factors:
+            told |= dict(zip(factor.data.targets, factor.data.truths or (), strict=False))
+        return told
+
     def _declared(self, name: str) -> tuple[Latent, str]:
         """Return a declared latent and its name in the joint posterior."""
         if name not in self.latents:
@@ -750,7 +758,15 @@ class Posterior:
     ) -> Posterior:
         """Return the posterior had other descriptions come; prior and sensing stay."""
         factors = tuple(
-            weigh(texts, self.city, self.model, self.method, self.log_prior, rng=rng)
+            weigh(
+                texts,
+                self.city,
+                self.model,
+                self.method,
+                self.log_prior,
+                truth=self._truth,
+                rng=rng,
+            )
             for texts in by_speaker(descriptions)
         )
         return replace(self, factors=factors)

@@ -39,7 +39,8 @@ class PhraseCheck:
     p
         Probability that of its ground just this would be said, given all other phrases.
     rank
-        Place of its word among all that could have been said, 1 the most probable.
+        Place of its word among all that could have been said, 1 the most probable; of a denied
+        phrase among two, this word and any other.
     tail
         Probability of all that is no more probable than it, half of its own counted: uniform when
         the model is right, near 0 where a phrase surprises.
@@ -117,7 +118,11 @@ def check_phrase(
     options, chosen = word_options(term)
     word = options[chosen].relation
     own = words[word]
-    p = 1 - own if term.negated else own
+    if term.negated:  # two outcomes: this word, or another
+        p = 1 - own
+        rank, tail = 1 + (own > p), 0.5 * p + (own if own < p else 0.0)
+        return PhraseCheck(relation, index, p, rank, tail, words, word)
+    p = own
     higher = [q for q in words.values() if q > own * (1 + 1e-12)]
     same = [q for q in words.values() if abs(q - own) <= own * 1e-12]
     tail = 1 - math.fsum(higher) - 0.5 * math.fsum(same)

@@ -42,7 +42,11 @@ __all__ = [
 RELIABLE = "reliable"
 """Name of the latent that tells whether anything a speaker says means anything."""
 
-_RESERVED = ("cell", "component", "draw", "frame", "lapse", "phrase", RELIABLE, "targets")
+_RESERVED = (
+    *("angle", "cell", "component", "cut", "draw", "frame", "holds", "lapse", "normaliser"),
+    *("phrase", "prior", RELIABLE, "shared_error", "targets", "temper", "together", "x", "y"),
+)
+"""Names of the program's sites and of the axes of tables."""
 
 MOST_SETTINGS = 5184
 """Joint values of shared latents that are enumerated."""
@@ -535,6 +539,7 @@ def program_data(
     )
     names = [latent.name for latent in latents_of(replace(model, unreliable=0.0))]
     _check_names(names, targets, frames, number_priors or {})
+    _check_sites([latent.name for latent in latents])
     _check_shared((*frames, *declared), model)
     return ProgramData(
         targets,
@@ -552,8 +557,8 @@ def program_data(
 def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[SharedFrame, ...]:
     """Return the frames that a model lets several phrases share.
 
-    A frame is shared by all frame phrases about a ground, of any target; its prior is that of the
-    first such phrase.
+    A frame is shared by all frame phrases about a ground, of any target; its prior is that of a
+    front or behind phrase, if there is one, whatever the order in which they were said.
     """
     if not model.shared_frames:
         return ()
@@ -568,10 +573,16 @@ def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[Shared
         )
     shared = []
     for ground in several:
-        prior = model.front_prior(next(r for r in framed if r.ground == ground))
+        about = [relation for relation in framed if relation.ground == ground]
+        prior = model.front_prior(min(about, key=_by_class))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
+
+
+def _by_class(relation: RelationTerm) -> tuple[bool, str]:
+    """Order frame phrases: front and behind, which mean the ground's own front, come first."""
+    return relation.relation_class in ("left", "right"), relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: Preset) -> None:
@@ -601,6 +612,8 @@ def _check_names(
     for name in latents:
         if name in _RESERVED:
             raise InputError(f"Latent '{name}' has a name that the program uses; choose another")
+        if "[" in name:
+            raise InputError(f"Latent '{name}' has a bracket in its name; expected none")
         if name in taken:
             raise InputError(f"Two latents are named '{name}'; expected a name of its own for each")
         if any(name == target or name.startswith(f"{target}/") for target in targets):
@@ -608,3 +621,12 @@ def _check_names(
                 f"Latent '{name}' has the name of a site of a target; expected another name"
             )
         taken.add(name)
+
+
+def _check_sites(names: Sequence[str]) -> None:
+    """Refuse latents whose sites have one name: `q` of each ground beside `q/Ivy`."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(
+            f"Two latents have a site named '{twice[0]}'; expected a name of its own for each"
+        )

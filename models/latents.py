@@ -114,7 +114,8 @@ class Latent:
     @property
     def is_data(self) -> bool:
         """Tell whether it is names and numbers alone, and no functions."""
-        return self.concerns is _every_relation and self.given is None
+        plain = all(isinstance(value, str | int | float) for value in self.support)
+        return plain and self.concerns is _every_relation and self.given is None
 
     @property
     def log_prior(self) -> Tensor:

@@ -96,6 +96,8 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
 
 def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
     for framed in posterior.framed(target):
+        if framed.term.each:  # "not behind a bank": no one front to tell of
+            continue
         front = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = front["angle"].values, front["prior"].values
         modes = modes_of(front.values, angles)

@@ -22,6 +22,7 @@ _FARTHEST = 12
 _DEEPEST = 6
 _REMEMBERED = 30
 _VAGUE = ("building", "street", "parking lot", "square", "water")
+_AT_LARGE = {"a", "an", "any"}
 _INTO = ("of", "to", "houses", "from")
 
 
@@ -193,7 +194,7 @@ class GroundReader:
                 if ground.ids[0] in matching:
                     return Ground("landmark", first, last, ground.ids, confidence=0.8), after
         best = self.places.best_of_kind(str(item.value), self._norms(item))
-        every = () if definite else matching
+        every = matching if self._is_any(start, at, after) else ()
         if len(best) == 1 and not pointing:
             ground = Ground("landmark", first, last, best, confidence=0.8, every=every)
             self.spoken.append(ground)
@@ -201,6 +202,14 @@ class GroundReader:
         if pointing and self.spoken:
             return Ground("landmark", first, last, self.spoken[-1].ids, confidence=0.5), after
         return Ground("unknown", first, last, (), (best or matching)[:3], every=every), after
+
+    def _is_any(self, start: int, at: int, after: int) -> bool:
+        """Whether a kind of place is spoken of at large: "a bank", not "a bank on Elm Street"."""
+        led = {self.value(i) for i in range(start, at) if self.kind(i) == "det"}
+        onward = after + 1 if self.kind(after) == "comma" else after
+        named = onward > after and self.kind(onward) in ("landmark", "place", "which")
+        closed = self.kind(after) in ("end", "stop", "comma", "and", "or", "but")
+        return led <= _AT_LARGE and closed and not named
 
     def _sided(self, at: int) -> bool:
         """Whether "side of" (or another part) stands before: "the left side of the street"."""

@@ -109,7 +109,8 @@ class Ledger:
         if not ids:
             self.reading.loose.append(Ground("cue", *phrase.cue))
             return
-        any_of = tuple(g for g in phrase.grounds if phrase.negated and len(g.every) > 1)
+        at_large = phrase.negated and not phrase.joint
+        any_of = tuple(g for g in phrase.grounds if at_large and len(g.every) > 1)
         known = tuple(
             g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids and g not in any_of
         )

@@ -8,12 +8,14 @@ import pytest
 import torch
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.inference import infer_description
-from sloop_ppl.models import ground_relations
+from sloop_ppl.inference import infer_description, modes_of
+from sloop_ppl.inference.frames import FramePosterior
+from sloop_ppl.models import ground_relations, preset
 from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(21), house=(12.0, -7.0), street_y=30.0)
+BAYES = preset("bayes")
 BEHIND = said(relation("behind", "House"))
 BOTH = said(relation("behind", "House"), relation("left", "House"), relation("near", "MainSt"))
 
@@ -159,3 +161,52 @@ def test_a_frame_that_is_not_there(description, options, error, message):
 def test_a_target_that_is_not_there():
     with pytest.raises(UnknownName, match="Target 'Bus' is unknown; expected one of RedCar"):
         posterior().frame("Bus")
+
+
+# -- gains and modes ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kappa", [3.0, 60.0, 120.0])
+@pytest.mark.parametrize("negated", [False, True])
+def test_gains_are_those_of_the_joint_posterior(kappa, negated):
+    """Smooth kernels by their Fourier series, sharp ones front by front: the same 72 fronts."""
+    model = replace(BAYES, likelihood=replace(BAYES.likelihood, kappa_frame=kappa))
+    text = said(relation("behind", "House", negated=negated), relation("near", "MainSt"))
+    posterior, _ = infer_description(text, CITY, model)
+    (framed,) = posterior.framed(TARGET)
+    told = FramePosterior(posterior.joint, posterior.factors[framed.which], TARGET, framed)
+    angles = np.array(posterior.joint.support(f"{TARGET}/frame_0"))
+    expected = posterior.joint.probabilities(f"{TARGET}/frame_0")
+    mass = model.front_prior(framed.term).bins(len(angles))[1]
+    for gain in (told.gain, told.gain_between):
+        p = mass * gain(angles)
+        np.testing.assert_allclose(p / p.sum(), expected, atol=1e-7)
+    between = angles + 0.3 * (angles[1] - angles[0])
+    np.testing.assert_allclose(told.gain_between(between), told.gain(between), atol=1e-7)
+
+
+def von_mises(*parts):
+    angles = 2 * np.pi * np.arange(72) / 72
+    p = sum(w * np.exp(k * np.cos(angles - m)) / np.i0(k) for w, m, k in parts)
+    return p / p.sum(), angles
+
+
+@pytest.mark.parametrize(
+    ("parts", "means"),
+    [
+        ([(1.0, 0.7, 0.0)], 1),
+        ([(1.0, 0.7, 1.0)], [0.7]),
+        ([(1.0, 0.7, 20.0)], [0.7]),
+        ([(0.6, 1.5, 20.0), (0.4, -1.5, 20.0)], [1.5, -1.5]),
+        ([(0.4, 0.0, 30.0), (0.33, 2.0, 30.0), (0.27, -2.0, 30.0)], [0.0, 2.0, -2.0]),
+        ([(0.9, 1.5, 20.0), (0.1, -1.5, 20.0)], [1.5]),
+    ],
+)
+def test_modes_are_where_the_mass_is(parts, means):
+    modes = modes_of(*von_mises(*parts))
+    if means == 1:  # nothing is known: one direction stands for all
+        assert len(modes) == 1
+        return
+    np.testing.assert_allclose([mean for mean, _ in modes], means, atol=0.1)
+    assert sorted(modes, key=lambda mode: -mode[1]) == list(modes)
+    assert sum(mass for _, mass in modes) <= 1 + 1e-12

@@ -64,6 +64,9 @@ def test_a_denied_phrase_has_the_probability_that_another_word_is_chosen():
         for n in (False, True)
     )  # fmt: skip
     assert denied.p == pytest.approx(1 - plain.p)
+    expected = denied.p > plain.p
+    assert denied.rank == (1 if expected else 2)
+    assert denied.tail == pytest.approx(0.5 * denied.p + (plain.p if expected else 0.0))
 
 
 @pytest.mark.slow

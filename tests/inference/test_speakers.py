@@ -91,6 +91,24 @@ def test_the_order_of_two_speakers_texts_is_irrelevant():
     assert {len(p.factors) for p in found} == {2}
 
 
+def test_shared_frames_do_not_depend_on_the_order():
+    model = replace(BAYES, shared_frames=True)
+    told = (relation("front", "House"), relation("left", "House"))
+    one, other = (
+        infer_description(said(*some), CITY, model)[0].belief(TARGET) for some in (told, told[::-1])
+    )
+    np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+def test_a_model_that_is_told_the_place_keeps_it():
+    place = {TARGET: (10.0, 5.0)}
+    first, _ = infer_description(said(relation("near", "House")), CITY, "informed", truth=place)
+    after = first.update(said(relation("on", "MainSt")))
+    x, y = after.expected(TARGET)
+    assert abs(x - 10.0) < 5
+    assert abs(y - 5.0) < 5
+
+
 def test_one_speaker_is_tempered_by_all_that_was_said():
     """Two equal phrases of one speaker weigh less than those of two speakers."""
     near = relation("near", "House")

@@ -45,6 +45,12 @@ def test_kinds_are_denied_one_by_one():
         "The red bike is near a restaurant.",
         "The red bike is not near the restaurant.",
         "The red bike is not near Ivy.",
+        "The red bike is not near a restaurant on West 6th Street.",
+        "The red bike is not near a restaurant that has a patio.",
+        "The red bike is not near another restaurant.",
+        "The red bike is not near some restaurant.",
+        "The red bike is not near a restaurant, Hanabi.",
+        "The red bike is not between Ivy and a restaurant.",
     ],
 )
 def test_what_is_said_of_one_is_not_said_of_all(text):

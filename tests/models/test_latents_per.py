@@ -193,6 +193,27 @@ def test_pyro_sums_a_model_that_cuts_where_phrases_exclude_each_other():
     assert -loss == pytest.approx(exact.log_evidence, abs=1e-6)
 
 
+def test_a_name_that_two_sites_would_have_is_refused():
+    def latent(name, per="speaker"):
+        return Latent(name, (0, 1), (0.5, 0.5), per=per, given=lambda term, _: term)
+
+    for pair, message in (
+        ((latent("q", "ground"), latent("q/House")), "Two latents have a site named 'q/House'"),
+        ((latent("q"), latent("q[1]")), r"Latent 'q\[1\]' has a bracket"),
+        ((latent("holds", "relation"),), "Latent 'holds' has a name that the program uses"),
+        ((latent("x"),), "Latent 'x' has a name that the program uses"),
+    ):
+        with pytest.raises(InputError, match=message):
+            infer_description(TEXT, CITY, replace(preset("bayes"), latents=pair))
+
+
+def test_a_support_that_no_file_can_hold_is_not_saved(tmp_path):
+    odd = Latent("q", ("a", ("t", 1)), (0.5, 0.5))
+    posterior, _ = infer_description(TEXT, CITY, replace(preset("bayes"), latents=(odd,)))
+    with pytest.raises(InputError, match="cannot be written"):
+        posterior.save(tmp_path / "q.nc")
+
+
 # -- what is refused ----------------------------------------------------------------------------
 
 
