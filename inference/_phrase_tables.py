@@ -6,7 +6,7 @@ Engines sum these out; they come back by running the program of that phrase alon
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -140,7 +140,7 @@ class PhraseTables:
             log_g = self._sites(program, given)[f"{_ALONE}/holds_0"].aligned((DRAW, *self._axes))
         peak = summed.log_peak if summed.log_peak.dim() == 1 else summed.log_peak[..., 0]
         log_p = log_held(log_g, self.relation, model, peak) - summed.log_z
-        log_p = torch.where(self.phrase.reliable[..., 0], log_p, self.data.log_uninformative)
+        log_p = self.phrase.if_reliable(log_p, self.data.log_uninformative)
         for latent in reversed(own):
             log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
         return log_p
@@ -264,20 +264,58 @@ class PhraseLatents:
 
     Parameters
     ----------
-    tables
-        The phrase.
-    reads
-        Per component, whether it takes the phrase as it was said.
-    names
-        ``"lapse"``, ``"frame"`` or a declared latent's name -> its name in the joint posterior.
-    others
-        Names in the joint posterior of ``"component"``, ``"cell"`` and the shared latents.
+    data
+        What the description's program was run on.
+    target
+        Id of the target.
+    position
+        Position of the phrase among those of the target.
+    before
+        How many relations of the target came before this description.
+    called
+        Site of the description's program -> its name in the joint posterior.
     """
 
-    tables: PhraseTables
-    reads: tuple[bool, ...]
-    names: Mapping[str, str]
-    others: Mapping[str, str]
+    data: ProgramData
+    target: str
+    position: int
+    before: int
+    called: Callable[[str], str]
+
+    @cached_property
+    def tables(self) -> PhraseTables:
+        """What the phrase says of the cells."""
+        relations = self.data.relations[self.data.targets.index(self.target)]
+        return PhraseTables(self.data, relations[self.position])
+
+    @cached_property
+    def reads(self) -> tuple[bool, ...]:
+        """Per component, whether it takes the phrase as it was said."""
+        i = self.data.targets.index(self.target)
+        return tuple(map(bool, self.data.reads[i][self.position]))
+
+    @cached_property
+    def names(self) -> dict[str, str]:
+        """``"lapse"``, ``"frame"`` or a declared latent -> its name in the joint posterior.
+
+        None are of a phrase that no component reads: the program has no such sites either.
+        """
+        if not any(self.reads):
+            return {}
+        phrase, j = self.tables.phrase, self.before + self.position
+        names = {latent.name: self.called(latent.name) for latent in phrase.own}
+        if self.data.model.lapse:
+            names["lapse"] = f"{self.target}/lapse_{j}"
+        if phrase.frames is not None and phrase.shared_fronts is None:
+            names["frame"] = f"{self.target}/frame_{j}"
+        return names
+
+    @property
+    def others(self) -> dict[str, str]:
+        """Names in the joint posterior of ``"component"``, ``"cell"`` and the shared latents."""
+        others = {latent.name: self.called(latent.name) for latent in self.data.shared}
+        component = self.called(f"{self.target}/component")
+        return others | {"component": component, "cell": f"{self.target}/cell"}
 
     def support(self, name: str) -> Sequence[Any]:
         """Return the values of the latent that has this name in the joint posterior."""
@@ -327,19 +365,5 @@ def latents_of_phrases(
     name
         Site of the description's program -> its name in the joint posterior.
     """
-    i = data.targets.index(target)
-    others = {latent.name: name(latent.name) for latent in data.shared}
-    others |= {"component": name(f"{target}/component"), "cell": f"{target}/cell"}
-    found = []
-    for j, relation in enumerate(data.relations[i]):
-        if not data.reads[i][j].any():  # the program has no such sites either
-            continue
-        tables = PhraseTables(data, relation)
-        names = {latent.name: name(latent.name) for latent in tables.phrase.own}
-        if data.model.lapse:
-            names["lapse"] = f"{target}/lapse_{first + j}"
-        if tables.phrase.frames is not None and tables.phrase.shared_fronts is None:
-            names["frame"] = f"{target}/frame_{first + j}"
-        reads = tuple(map(bool, data.reads[i][j]))
-        found.append(PhraseLatents(tables, reads, names, others))
-    return tuple(found)
+    relations = data.relations[data.targets.index(target)]
+    return tuple(PhraseLatents(data, target, j, first, name) for j in range(len(relations)))

@@ -240,7 +240,7 @@ def _check_tables(tables: object, data: ProgramData, engine: Engine) -> None:
                 f"Engine '{engine.name}' returned a table of {of} for '{target}'; expected a "
                 f"numpy array of shape {shape}: shared latents, components, cells"
             )
-        if np.isnan(table).any():
+        if np.isnan(table.min(initial=0.0)):
             raise InputError(
                 f"Engine '{engine.name}' returned NaN for '{target}'; expected log factors, -inf "
                 "where a cell is impossible"

@@ -184,7 +184,7 @@ class JointPosterior:
     def log_evidence(self) -> float:
         """Log of the sum of the product of the factors."""
         first = tuple(self.supports)[:1]  # a marginal that is kept anyway: they all sum to it
-        return float(np.logaddexp.reduce(self.log_weights(*first).reshape(-1)))
+        return float(torch.logsumexp(torch.from_numpy(self.log_weights(*first)).reshape(-1), 0))
 
     def log_weights(self, *latents: str) -> NDArray[np.float64]:
         """Return the log weights of some latents, all others summed out, one axis for each.
@@ -268,7 +268,7 @@ class JointPosterior:
     def _log_table(self, latents: tuple[str, ...]) -> LogTable:
         if latents not in self._kept:
             asked = []
-            for local in self.local:
+            for local in () if all(name in self.supports for name in latents) else self.local:
                 own = [name for name in latents if name in local.names.values()]
                 asked += [local.log_conditional(own)] if own else []
             with torch.no_grad():

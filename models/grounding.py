@@ -121,11 +121,22 @@ class Phrase:
     shared_axis: int | None = None
     shared_fronts: Tensor | None = None
 
-    @property
-    def reliable(self) -> Tensor:
-        """Whether each of `meant` is said by a reliable speaker, shape (sizes..., 1, 1)."""
-        each = [one.latents.get(RELIABLE, True) for one in self.meant]
-        return torch.tensor(each).reshape(*self.sizes, 1, 1)
+    def if_reliable(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
+        """Return `log_p` where the speaker is reliable, else a number.
+
+        Parameters
+        ----------
+        log_p
+            Shape (..., sizes..., S), or (sizes..., B, S) with `after` 2.
+        otherwise
+            Log probability of a phrase that says nothing.
+        after
+            How many axes come after those of the latents.
+        """
+        if RELIABLE not in self.meant[0].latents:
+            return log_p
+        reliable = torch.tensor([one.latents[RELIABLE] for one in self.meant])
+        return torch.where(reliable.reshape(*self.sizes, *(1,) * after), log_p, otherwise)
 
     def bins(self, count: int) -> tuple[Tensor, Tensor]:
         """Return angle bins of its frame and their log masses, shape (sizes..., B) each.
@@ -296,6 +307,8 @@ class ProgramData:
         InputError
             When it changes whether the relation is denied, or the ground of a shared frame.
         """
+        if len(meant) == 1:
+            return
         said = f"'{relation.relation} {relation.ground}'"
         if any(one.negated != relation.negated for one in meant):
             raise InputError(
@@ -412,11 +425,15 @@ class ProgramData:
 
 def latents_of(model: Preset) -> tuple[Latent, ...]:
     """Return the latents of a model: declared, of its likelihood, and the speaker's reliability."""
-    declared = (*model.latents, *getattr(model.likelihood, "latents", ()))
+    declared = _declared(model)
     if not model.unreliable:
         return declared
     shares = (1 - model.unreliable, model.unreliable)
     return (*declared, Latent(RELIABLE, (True, False), shares))
+
+
+def _declared(model: Preset) -> tuple[Latent, ...]:
+    return (*model.latents, *getattr(model.likelihood, "latents", ()))
 
 
 def ground_description(
@@ -448,10 +465,12 @@ def ground_description(
             if not model.heed_distance:
                 relations = tuple(replace(relation, distance_m=None) for relation in relations)
             terms = ground_relations(relations, city, joint=model.joint_grounds)
-            grounded[target.id] = grounded.get(target.id, ()) + tuple(
-                replace(term, index=term.index + counts[target.id], description=position)
-                for term in terms
-            )
+            if position:
+                terms = tuple(
+                    replace(term, index=term.index + counts[target.id], description=position)
+                    for term in terms
+                )
+            grounded[target.id] = grounded.get(target.id, ()) + terms
             counts[target.id] += len(relations)
     return grounded
 
@@ -537,7 +556,7 @@ def program_data(
     declared = tuple(
         latent for latent in latents if sum(latent.is_about(relation) for relation in every) != 1
     )
-    names = [latent.name for latent in latents_of(replace(model, unreliable=0.0))]
+    names = [latent.name for latent in _declared(model)]
     _check_names(names, targets, frames, number_priors or {})
     _check_sites([latent.name for latent in latents])
     _check_shared((*frames, *declared), model)

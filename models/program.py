@@ -94,7 +94,7 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
                         lambda meant, front: log_vocabulary(likelihood, meant, front), fronts
                     )
                 log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
-                log_p = torch.where(phrase.reliable, log_p, data.log_uninformative)
+                log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
@@ -264,7 +264,7 @@ def summed_phrase(
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
-    log_p = torch.where(phrase.reliable[..., 0], log_g - log_z, data.log_uninformative)
+    log_p = phrase.if_reliable(log_g - log_z, data.log_uninformative)
     fronts = phrase.shared_fronts
     if fronts is not None:
         given = phrase.over_meanings(
@@ -275,7 +275,7 @@ def summed_phrase(
                 lambda meant, _: log_vocabulary(likelihood, meant, fronts)
             )
         log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
-        log_p = torch.where(phrase.reliable, log_p, data.log_uninformative)
+        log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
         log_p = phrase.on_shared_axis(log_p)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
@@ -354,14 +354,15 @@ def component_tables(
         elif read:
             other = COMBINATIONS[part.combine](read, phrase).sum(0)
         products.append(product)
-        clipped.append(shallow if cuts else product)
+        clipped += [shallow] if cuts else []
         others.append(other.reshape((1,) * (nothing.dim() - other.dim()) + other.shape))
     tables = torch.broadcast_tensors(*products, *clipped, *others)
     count = len(products)
-    log_l, observed = torch.stack(tables[:count]), torch.stack(tables[count : 2 * count])
+    log_l = torch.stack(tables[:count])
+    observed = torch.stack(tables[count : 2 * count]) if cuts else log_l
     if all(other is nothing or other.numel() == 1 for other in others):
         return log_l, None, observed
-    together = torch.stack(tables[2 * count :])
+    together = torch.stack(tables[-count:])
     return log_l + together, together, observed + together
 
 
