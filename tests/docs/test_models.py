@@ -40,6 +40,16 @@ def test_one_sentence_under_three_models(tmp_path):
     assert said.relations != turned.relations
 
 
+def test_a_listener_is_less_sure_than_untempered_and_surer_than_the_speaker(tmp_path):
+    path = ROOT / "examples" / "listener_and_speaker.py"
+    spec = importlib.util.spec_from_file_location("example_listener_and_speaker", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    listener, untempered, speaker = example.main(tmp_path / "a.png").values()
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert untempered < listener < speaker
+
+
 def test_a_denied_phrase_has_the_belief_that_the_page_says(tmp_path):
     path = ROOT / "examples" / "denied_phrase.py"
     spec = importlib.util.spec_from_file_location("example_denied_phrase", path)
