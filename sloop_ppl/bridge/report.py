@@ -150,7 +150,7 @@ def _words(said: Description, relation: SpatialRelation) -> str:
     if relation.spans is None:
         return ""
     spans = relation.spans
-    parts = (spans.figure, spans.relation, *spans.grounds)
+    parts = dict.fromkeys((spans.figure, spans.relation, *spans.grounds))
     return " … ".join(f"“{said.text[a:b]}”" for a, b in parts)
 
 
