@@ -96,27 +96,35 @@ def contenders(city: CityMap) -> tuple[Callable[[], Any], Callable[[], Tensor]]:
     """Return what computes the belief in the car's cell: the exact engine, and the reference."""
     said = description(city)
     model = preset("bayes")
-    told = Told.of(city, said, model)
+    inputs = ReferenceInputs.of(city, said, model)
     return (
         lambda: infer_description(said, city)[0].belief(CAR),
-        lambda: bare_torch(told, model),
+        lambda: bare_torch(inputs, model),
     )
 
 
 @dataclass(frozen=True)
-class Told:
-    """What the reference is told of the map, of R relations, S cells and all P parts of R fronts.
+class ReferenceInputs:
+    """What the reference computes from, for R relations, S cells and all P parts of R fronts.
 
     Parameters
     ----------
-    bearing_rad : direction of each cell from the ground less the relation's offset, shape (R, S).
-    off_m : distance of each cell from the ground, shape (R, S).
-    defined : where there is a direction, shape (R, S).
-    width_m : width of the fall-off with distance, shape (R, 1).
-    whose : relation of each part, shape (P,).
-    mean_rad, kappa : of each part, shape (P, 1).
-    share : weight of each part in the front of its relation, else 0, shape (R, P).
-    lapse : probability that a front is anywhere, shape (R, 1).
+    bearing_rad
+        Direction of each cell from the ground less the relation's offset, radians, shape (R, S).
+    off_m
+        Distance of each cell from the ground, metres, shape (R, S).
+    defined
+        Where there is a direction, shape (R, S).
+    width_m
+        Width of the fall-off with distance, metres, shape (R, 1).
+    whose
+        Relation of each part, shape (P,).
+    mean_rad, kappa
+        Mean direction and concentration of each part, shape (P, 1).
+    share
+        Weight of each part in the front of its relation, else 0, shape (R, P).
+    lapse
+        Probability that a front is anywhere, shape (R, 1).
     """
 
     bearing_rad: Tensor
@@ -130,7 +138,7 @@ class Told:
     lapse: Tensor
 
     @classmethod
-    def of(cls, city: CityMap, said: Description, model: Preset) -> Told:
+    def of(cls, city: CityMap, said: Description, model: Preset) -> ReferenceInputs:
         """Look up distances and bearings, and predict the fronts."""
         terms = ground_description(said, city, model)[CAR]
         likelihood: Any = model.likelihood
@@ -161,7 +169,7 @@ def _column(numbers: list[float]) -> Tensor:
 
 
 @torch.inference_mode()
-def bare_torch(told: Told, model: Preset) -> Tensor:
+def bare_torch(inputs: ReferenceInputs, model: Preset) -> Tensor:
     """Return the belief that frame relations alone give under ``bayes``, shape (S,).
 
     Notes
@@ -174,14 +182,14 @@ def bare_torch(told: Told, model: Preset) -> Tensor:
     """
     likelihood: Any = model.likelihood
     kappa = torch.tensor(likelihood.kappa_frame, dtype=torch.float64)
-    x = told.bearing_rad[told.whose] - told.mean_rad
-    both = (kappa**2 + told.kappa**2 + 2 * kappa * told.kappa * torch.cos(x)).sqrt()
-    parts = torch.special.i0e(both) * torch.exp(both - told.kappa - kappa)
+    x = inputs.bearing_rad[inputs.whose] - inputs.mean_rad
+    both = (kappa**2 + inputs.kappa**2 + 2 * kappa * inputs.kappa * torch.cos(x)).sqrt()
+    parts = torch.special.i0e(both) * torch.exp(both - inputs.kappa - kappa)
     anywhere = torch.special.i0e(kappa)
-    angular = (told.share / torch.special.i0e(told.kappa).T) @ parts + told.lapse * anywhere
-    angular = torch.where(told.defined, angular, anywhere).log()
+    angular = (inputs.share / torch.special.i0e(inputs.kappa).T) @ parts + inputs.lapse * anywhere
+    angular = torch.where(inputs.defined, angular, anywhere).log()
     tail = likelihood.tail
-    radial = -0.5 * (tail + 1) * torch.log1p(told.off_m**2 / (tail * told.width_m**2))
+    radial = -0.5 * (tail + 1) * torch.log1p(inputs.off_m**2 / (tail * inputs.width_m**2))
     meant = torch.log_softmax(angular + radial, -1)
     idle = torch.tensor(math.log(model.lapse / meant.shape[-1]), dtype=torch.float64)
     phrases = torch.logaddexp(meant + math.log1p(-model.lapse), idle)

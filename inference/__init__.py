@@ -3,8 +3,9 @@
 Names load on first use, because they bring torch and Pyro with them.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
     from sloop_ppl.inference._enumeration import PYRO_LOCK
@@ -125,15 +126,7 @@ _HOMES = {
         "probability_in",
     ),
 }
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return import_module(f"{__name__}.{name}")
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = load_later(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["ParameterDraws", "ParameterSummary"]
 
 _BY_SPEAKER = "_by_speaker"
-_SPREAD = "_spread"
 
 
 @dataclass(frozen=True)

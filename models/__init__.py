@@ -3,8 +3,9 @@
 Names load on first use, because most of them bring torch with them.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
     from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, borrowed, fitting_note, unfitted
@@ -112,15 +113,7 @@ _HOMES = {
     "simulate": ("speaker_of",),
     "terms": ("RelationTerm", "ground_relations"),
 }
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return import_module(f"{__name__}.{name}")
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = load_later(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:
