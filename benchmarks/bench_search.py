@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from sloop_ppl.maps import CityMap, Grid
-from sloop_ppl.search import (
+from sloop_ppl.planning import (
     GridBelief,
     SearchConfig,
     SearchObservation,
@@ -36,9 +36,9 @@ from sloop_ppl.search import (
     make_planner,
     run_search,
 )
-from sloop_ppl.search._pomdp import POUCT, Agent
-from sloop_ppl.search.fast import NativePouct
-from sloop_ppl.search.native_search import NativeSearch
+from sloop_ppl.planning._pomdp import POUCT, Agent
+from sloop_ppl.planning.fast import NativePouct
+from sloop_ppl.planning.native_search import NativeSearch
 
 SIDE, LARGE = 41, 401
 

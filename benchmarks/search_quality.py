@@ -27,8 +27,8 @@ from sloop_ppl.eval import bundled_examples, read_descriptions
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
 from sloop_ppl.maps import load_map
+from sloop_ppl.planning import SearchConfig, run_search
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, run_search
 
 PLANNERS = (
     "greedy,random,pouct:1000@1,fast:1000:published,fast:10000:published@2,"

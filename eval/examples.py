@@ -11,7 +11,7 @@ from sloop_ppl.eval.quality import beliefs_of
 from sloop_ppl.eval.run_folder import RunFolder
 from sloop_ppl.eval.sweep import Sweep
 from sloop_ppl.eval.trials import Trial, run_trial
-from sloop_ppl.search import write_episode
+from sloop_ppl.planning import write_episode
 
 __all__ = ["EXAMPLES", "example_trials", "has_examples", "write_examples"]
 

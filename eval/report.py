@@ -192,7 +192,7 @@ def _what_was_run(sweeps: Sequence[Results]) -> str:
 
 def _examples(main: Results, maps: str | Path | None) -> list[str | Table | Picture]:
     """Return the pictures of the example trials, where their episodes are at hand."""
-    from sloop_ppl.search import read_episode
+    from sloop_ppl.planning import read_episode
 
     model, _, range_cells = main.primary
     find = map_finder(maps)

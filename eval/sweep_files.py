@@ -28,7 +28,7 @@ from sloop_ppl.eval.sweep import Sweep, SweepProgress, ToldScene, run_sweep
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset, fitting_note
-from sloop_ppl.search.space import SearchSpace
+from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["SweepRequest", "sweep_files"]
 

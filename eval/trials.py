@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.planning import SearchConfig
+from sloop_ppl.planning.names import NOT_SIMULATING, check_planner
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig
-from sloop_ppl.search.names import NOT_SIMULATING, check_planner
 
 if TYPE_CHECKING:
-    from sloop_ppl.search import Episode
+    from sloop_ppl.planning import Episode
 
 __all__ = ["Searching", "Trial", "TrialKey", "compile_ahead", "run_trial", "trial_of"]
 
@@ -172,7 +172,7 @@ def compile_ahead(searching: Searching) -> None:
     Each would make it for itself, and numba saves it in two steps, between which another process
     may load what an older version left behind.
     """
-    from sloop_ppl.search import run_search
+    from sloop_ppl.planning import run_search
 
     city = CityMap("small", Grid.square(50.0), ())
     config = replace(searching.config(3.0), sims=20, max_steps=1)
@@ -206,7 +206,7 @@ def run_trial(
     target and number of the start, so that every model, range and planner meets the same ones.
     Cells that the belief excludes altogether count as 1e-15.
     """
-    from sloop_ppl.search import run_search  # takes a second to import
+    from sloop_ppl.planning import run_search  # takes a second to import
 
     place = scene.targets[key.target]
     rng = child(

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sloop_ppl.search.fast import NativePouct
-from sloop_ppl.search.native import NativeFunctions, register_native, uniform
+from sloop_ppl.planning.fast import NativePouct
+from sloop_ppl.planning.native import NativeFunctions, register_native, uniform
 
 LISTEN, OPEN_LEFT, OPEN_RIGHT = range(3)
 

@@ -10,8 +10,8 @@ import argparse
 import gymnasium
 import numpy as np
 
-from sloop_ppl.search import GreedyPlanner
-from sloop_ppl.search.gym_register import ENVIRONMENT, register
+from sloop_ppl.planning import GreedyPlanner
+from sloop_ppl.planning.gym_register import ENVIRONMENT, register
 
 
 class HistoryAgent:

@@ -1,6 +1,6 @@
 """Put a language belief into pomdp-py's own multi-object search and plan with its own POUCT.
 
-Nothing of `sloop_ppl.search` is used: domain, models, belief update and planner are those that
+Nothing of `sloop_ppl.planning` is used: domain, models, belief update and planner are those that
 come with pomdp-py. Only the histograms it starts from are the posterior's.
 
     python examples/multi_object_search.py

@@ -20,7 +20,7 @@ __version__ = "0.1.0"
 _HOME = {
     "CityMap": "sloop_ppl.maps",
     "Description": "sloop_ppl.language",
-    "Episode": "sloop_ppl.search",
+    "Episode": "sloop_ppl.planning",
     "Grid": "sloop_ppl.maps",
     "Posterior": "sloop_ppl.inference",
     "SpatialRelation": "sloop_ppl.language",
@@ -28,9 +28,9 @@ _HOME = {
     "infer": "sloop_ppl.bridge",
     "load_map": "sloop_ppl.maps",
     "parse": "sloop_ppl.bridge",
+    "search": "sloop_ppl.bridge",
 }
-# The room `search` is the function `search` too: see sloop_ppl/search/__init__.py.
-_ROOMS = ("bridge", "eval", "inference", "language", "maps", "models", "plots", "search")
+_ROOMS = ("bridge", "eval", "inference", "language", "maps", "models", "planning", "plots")
 
 __all__ = [
     "CityMap",
@@ -50,17 +50,18 @@ __all__ = [
     "maps",
     "models",
     "parse",
+    "planning",
     "plots",
     "search",
 ]
 
 if TYPE_CHECKING:
-    from sloop_ppl import bridge, eval, inference, language, maps, models, plots  # noqa: A004
+    from sloop_ppl import bridge, eval, inference, language, maps, models, planning, plots  # noqa: A004
     from sloop_ppl.bridge import infer, parse, search
     from sloop_ppl.inference import Posterior
     from sloop_ppl.language import Description, SpatialRelation, TargetObject
     from sloop_ppl.maps import CityMap, Grid, load_map
-    from sloop_ppl.search import Episode
+    from sloop_ppl.planning import Episode
 
 
 def __getattr__(name: str) -> Any:

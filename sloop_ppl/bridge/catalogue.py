@@ -43,7 +43,9 @@ CATALOGUE.add(
 )
 CATALOGUE.add(
     "planners",
-    Listed(("sloop_ppl.search.planners", "PLANNERS"), ("sloop_ppl.search.names", "PLANNER_NAMES")),
+    Listed(
+        ("sloop_ppl.planning.planners", "PLANNERS"), ("sloop_ppl.planning.names", "PLANNER_NAMES")
+    ),
 )
 CATALOGUE.add(
     "frames",

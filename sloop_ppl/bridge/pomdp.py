@@ -15,7 +15,7 @@ from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Preset
-from sloop_ppl.search._pomdp import Observation, ObservationModel
+from sloop_ppl.planning._pomdp import Observation, ObservationModel
 
 __all__ = ["LanguageObservationModel", "Utterance", "as_histogram"]
 

@@ -9,8 +9,8 @@ from typing import Any
 from sloop_ppl.bridge.report import outcome_line
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.maps import CityMap, load_map
+from sloop_ppl.planning import Episode, read_episode
 from sloop_ppl.plots import animate_search, check_figure_path, plot_search, save_figure
-from sloop_ppl.search import Episode, read_episode
 
 __all__ = ["draw_episode", "replay_report"]
 

@@ -12,7 +12,7 @@ from sloop_ppl.maps.whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import FrameSummary, Posterior
-    from sloop_ppl.search import Episode, Step
+    from sloop_ppl.planning import Episode, Step
 
 __all__ = [
     "belief_lines",

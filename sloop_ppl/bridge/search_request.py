@@ -23,11 +23,11 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
+from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
+from sloop_ppl.planning.episode import Step
+from sloop_ppl.planning.names import check_planner
 from sloop_ppl.plots import check_figure_path
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, SearchInterrupted, write_episode
-from sloop_ppl.search.episode import Step
-from sloop_ppl.search.names import check_planner
 
 __all__ = ["SearchRequest", "SearchResult", "run_request"]
 

@@ -16,12 +16,12 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
+from sloop_ppl.planning import SearchConfig, SearchInterrupted, run_search
+from sloop_ppl.planning.names import check_planner
 from sloop_ppl.rng import child
-from sloop_ppl.search import SearchConfig, SearchInterrupted, run_search
-from sloop_ppl.search.names import check_planner
 
 if TYPE_CHECKING:
-    from sloop_ppl.search import Episode, Step
+    from sloop_ppl.planning import Episode, Step
 
 __all__ = ["check_map", "imagined_places", "search", "search_legs"]
 

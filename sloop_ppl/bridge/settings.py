@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.search import SearchConfig
+from sloop_ppl.planning import SearchConfig
 
 __all__ = ["read_settings"]
 

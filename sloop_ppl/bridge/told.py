@@ -14,10 +14,10 @@ from sloop_ppl.bridge.spoken import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
-from sloop_ppl.search.episode import Episode
+from sloop_ppl.planning.episode import Episode
 
 if TYPE_CHECKING:
-    from sloop_ppl.search import Step
+    from sloop_ppl.planning import Step
 
 __all__ = ["ToldEpisode", "after", "joined", "last_pose"]
 
@@ -98,7 +98,7 @@ class ToldEpisode(Episode):
 
     def _posterior(self) -> Posterior:
         if self.posterior is None:
-            raise InputError("This episode keeps no posterior; search with sloop_ppl.search")
+            raise InputError("This episode keeps no posterior; search with sloop_ppl.planning")
         return self.posterior
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.outputs import check_output, written_whole
-from sloop_ppl.search.names import NOT_SIMULATING
+from sloop_ppl.planning.names import NOT_SIMULATING
 
 if TYPE_CHECKING:
-    from sloop_ppl.search import Step
+    from sloop_ppl.planning import Step
 
 __all__ = ["TREE_DEPTH", "TreeKeeper", "check_tree"]
 

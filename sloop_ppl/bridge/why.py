@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sloop_ppl.bridge.words import percent
 
 if TYPE_CHECKING:
-    from sloop_ppl.search import Step
+    from sloop_ppl.planning import Step
 
 __all__ = ["why_lines"]
 

@@ -15,7 +15,7 @@ from sloop_ppl.bridge.searching import imagined_places
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound
 from sloop_ppl.inference import infer_description
 from sloop_ppl.models import Component, PredictedSpread, preset
-from sloop_ppl.search import SearchConfig, SearchInterrupted, run_search
+from sloop_ppl.planning import SearchConfig, SearchInterrupted, run_search
 from tests.scenes import house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(15), street_y=30.0)

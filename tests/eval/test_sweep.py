@@ -246,7 +246,7 @@ def test_a_worker_s_fault_is_told_in_its_own_words(tmp_path):
 @pytest.mark.parametrize("planner", ["fast", "greedy"])
 def test_machine_code_is_made_before_the_workers_ask_for_it(monkeypatch, planner):
     called = []
-    monkeypatch.setattr("sloop_ppl.search.run_search", lambda *_, **given: called.append(given))
+    monkeypatch.setattr("sloop_ppl.planning.run_search", lambda *_, **given: called.append(given))
     compile_ahead(Searching(planner=planner, rollout="published", fov_deg=60.0))
     config = called[0]["config"]
     assert called[0]["planner"] == planner

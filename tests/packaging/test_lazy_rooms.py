@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-ROOMS = ("bridge", "eval", "inference", "language", "models", "search")
+ROOMS = ("bridge", "eval", "inference", "language", "models", "planning")
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -7,7 +7,7 @@ import random
 import numpy as np
 
 from sloop_ppl.maps import CityMap, Grid
-from sloop_ppl.search import (
+from sloop_ppl.planning import (
     GridBelief,
     SearchConfig,
     SearchObservationModel,
@@ -16,7 +16,7 @@ from sloop_ppl.search import (
     SearchSpace,
     SearchTransitionModel,
 )
-from sloop_ppl.search._pomdp import Agent
+from sloop_ppl.planning._pomdp import Agent
 
 
 def space_of(shape=(7, 9), ids=("A",), **settings) -> SearchSpace:

@@ -1,0 +1,220 @@
+"""A belief over the targets' cells, as a pomdp-py distribution on a numpy table per target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import BeliefCollapse, InputError
+from sloop_ppl.planning._pomdp import GenerativeDistribution
+from sloop_ppl.planning.detection import CellLikelihood, Detector
+from sloop_ppl.planning.space import SearchSpace
+from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation, SearchState
+
+__all__ = ["GridBelief", "check_table", "observation_likelihoods"]
+
+_BLOCK = 256
+
+
+class GridBelief(GenerativeDistribution):
+    """Independent beliefs over the cells of N targets, with the robot's state known.
+
+    Parameters
+    ----------
+    space : the search space.
+    tables : probability table of each target, keys the space's ids, each of shape (H, W); they
+        are normalised.
+    robot : the robot's state.
+    rng : where samples come from.
+
+    Raises
+    ------
+    InputError : when a table has another shape, is not finite, is negative or sums to zero.
+    """
+
+    def __init__(
+        self,
+        space: SearchSpace,
+        tables: Mapping[str, NDArray[np.float64]],
+        robot: RobotState,
+        *,
+        rng: np.random.Generator,
+    ) -> None:
+        self.space, self.robot, self._rng = space, robot, rng
+        self._tables = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        self._initial = self._tables
+        self._detector = Detector(space)
+        self._reset()
+
+    def _reset(self) -> None:
+        self._cumulative: list[NDArray[np.float64]] | None = None
+        self._drawn: list[tuple[int, ...]] = []
+
+    def _after(self, tables: tuple[NDArray[np.float64], ...], robot: RobotState) -> GridBelief:
+        """Return a belief of other tables that are known to be sound, shape (H * W,)."""
+        belief = type(self).__new__(type(self))
+        belief.space, belief.robot, belief._rng = self.space, robot, self._rng
+        belief._tables, belief._initial, belief._detector = tables, self._initial, self._detector
+        belief._reset()
+        return belief
+
+    @property
+    def tables(self) -> dict[str, NDArray[np.float64]]:
+        """The probability table of each target, each of shape (H, W), summing to one."""
+        return {
+            name: table.reshape(self.space.shape)
+            for name, table in zip(self.space.target_ids, self._tables, strict=True)
+        }
+
+    @property
+    def flat(self) -> tuple[NDArray[np.float64], ...]:
+        """The probability tables in the order of the ids, each of shape (H * W,)."""
+        return self._tables
+
+    def random(self) -> SearchState:
+        """Draw a state: each target's cell by binary search in its cumulative sum."""
+        if not self._drawn:
+            self._draw()
+        return SearchState(self.robot, self._drawn.pop())
+
+    def _draw(self) -> None:
+        if self._cumulative is None:
+            self._cumulative = [np.cumsum(table) for table in self._tables]
+        uniform = self._rng.random((len(self._tables), _BLOCK))
+        columns = [
+            np.searchsorted(total, u * total[-1], side="right").tolist()
+            for total, u in zip(self._cumulative, uniform, strict=True)
+        ]
+        self._drawn = list(zip(*columns, strict=True))
+
+    def mpe(self) -> SearchState:
+        """Return the most probable state."""
+        return SearchState(self.robot, tuple(int(np.argmax(t)) for t in self._tables))
+
+    def __getitem__(self, state: SearchState) -> float:
+        if state.robot != self.robot:
+            return 0.0
+        return math.prod(float(t[c]) for t, c in zip(self._tables, state.cells, strict=True))
+
+    probability = __getitem__
+
+    def updated(
+        self, action: SearchAction, observation: SearchObservation, next_robot: RobotState
+    ) -> GridBelief:
+        """Return the exact posterior after one step.
+
+        Parameters
+        ----------
+        action, observation : what was done and observed.
+        next_robot : the robot after it.
+
+        Raises
+        ------
+        BeliefCollapse : when the observation is impossible under the belief.
+        """
+        likelihoods = observation_likelihoods(
+            self._detector, self.robot, action, observation, next_robot
+        )
+        tables = tuple(
+            table if seen is None else self._conditioned(i, table, seen, observation)
+            for i, (table, seen) in enumerate(zip(self._tables, likelihoods, strict=True))
+        )
+        return self._after(tables, next_robot)
+
+    def replaced(self, tables: Mapping[str, NDArray[np.float64]], robot: RobotState) -> GridBelief:
+        """Return a belief with other tables (checked) and another robot state."""
+        space = self.space
+        sound = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        return self._after(sound, robot)
+
+    def _conditioned(
+        self,
+        index: int,
+        table: NDArray[np.float64],
+        seen: CellLikelihood,
+        observation: SearchObservation,
+    ) -> NDArray[np.float64]:
+        new = _product(table, seen)
+        weight = self.space.config.recovery_weight
+        if weight and not new.any():
+            new = _product((1 - weight) * table + weight * self._initial[index], seen)
+        total = float(new.sum())
+        if not total > 0:
+            name = self.space.target_ids[index]
+            cell = observation.seen[index]
+            what = f"seen at cell {divmod(cell, self.space.n_cols)}" if cell >= 0 else "not seen"
+            remedy = "" if weight else ", or set recovery_weight to mix in the belief of the start"
+            raise BeliefCollapse(
+                f"Target '{name}' was {what}, which its belief held impossible; give a belief "
+                f"that is nowhere zero{remedy}",
+                prior=table.reshape(self.space.shape),
+                observation=observation,
+            )
+        new /= total
+        return new
+
+
+def _product(table: NDArray[np.float64], seen: CellLikelihood) -> NDArray[np.float64]:
+    inside = table[seen.cells] * seen.inside
+    new: NDArray[np.float64] = table * seen.outside if seen.outside else np.zeros_like(table)
+    new[seen.cells] = inside
+    return new
+
+
+def observation_likelihoods(
+    detector: Detector,
+    robot: RobotState,
+    action: SearchAction,
+    observation: SearchObservation,
+    next_robot: RobotState,
+) -> list[CellLikelihood | None]:
+    """Return what a step tells of each target's cell; None where it tells nothing.
+
+    Parameters
+    ----------
+    detector : the sensor's model.
+    robot, next_robot : the robot before and after the step.
+    action, observation : what was done and observed.
+    """
+    told: list[CellLikelihood | None] = []
+    for i, seen in enumerate(observation.seen):
+        bit = 1 << i
+        if action.index < 3:
+            if robot.found & bit:
+                told.append(None)
+            else:
+                told.append(detector.likelihood(next_robot, seen))
+        elif not robot.looked or robot.found & bit or not action.marks & bit:
+            told.append(None)
+        else:
+            cells = np.array(sorted(next_robot.view), dtype=np.intp)
+            inside = 1.0 if observation.found & bit else 0.0
+            told.append(CellLikelihood(cells, np.full(len(cells), inside), 1.0 - inside))
+    return told
+
+
+def check_table(
+    name: str, table: NDArray[np.float64], shape: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Return a belief as a normalised vector of length H * W.
+
+    Raises
+    ------
+    InputError : when it has another shape, is not finite, is negative or sums to zero.
+    """
+    array = np.asarray(table, dtype=np.float64)
+    if array.shape != shape:
+        raise InputError(
+            f"The belief of '{name}' has shape {array.shape}; the map has {shape}: "
+            "it was made on another map or with another cell size"
+        )
+    total = float(array.sum())
+    if not math.isfinite(total) or bool((array < 0).any()) or total <= 0:
+        raise InputError(
+            f"The belief of '{name}' is not a distribution (sum {total:g}, least "
+            f"{float(array.min()):g}); expected finite numbers >= 0 that do not all vanish"
+        )
+    return (array / total).ravel()

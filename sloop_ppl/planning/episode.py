@@ -1,0 +1,178 @@
+"""What a search did, as a frozen value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.planning.config import SearchConfig
+
+__all__ = ["Episode", "PlanInfo", "Pose", "SearchInterrupted", "Step"]
+
+Pose = tuple[float, float, float]
+"""x and y in metres, heading in degrees anticlockwise from east."""
+
+Observed = Mapping[str, tuple[float, float] | None]
+Tables = Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class PlanInfo:
+    """What a planner says about one decision.
+
+    Parameters
+    ----------
+    planner : its name.
+    sims : simulations run; 0 for planners that run none.
+    seconds : wall time of the decision.
+    values : estimated discounted return of each action looked at; of a move of ``fast`` with its
+        own rollout, under the hedged belief it plans on.
+    visits : how often each was tried.
+    expected : by move and target, the belief that the move brings the target into view.
+    tree : the top of the search tree as JSON values, where `SearchConfig.tree_depth` asks for it.
+    root : the root of the tree itself, where pomdp-py's tree is asked for; None else.
+    notes : anything else, such as how many particles were drawn anew.
+    """
+
+    planner: str
+    sims: int = 0
+    seconds: float = 0.0
+    values: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    visits: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    expected: Mapping[str, Mapping[str, float]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
+    tree: Mapping[str, Any] | None = None
+    root: Any = field(default=None, repr=False, compare=False)
+    notes: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a search.
+
+    Parameters
+    ----------
+    index : number of the step, from 0.
+    action : name of what was done.
+    pose : where the robot is after it.
+    observation : place at which each target was seen (centre of the cell, metres), or None.
+    reward : what it earned.
+    found_targets : targets found so far.
+    view : cells in view after it, True where seen, shape (H, W).
+    beliefs : belief of each target after it, shape (H, W).
+    info : what the planner says about the decision.
+    """
+
+    index: int
+    action: str
+    pose: Pose
+    observation: Observed
+    reward: float
+    found_targets: tuple[str, ...]
+    view: NDArray[np.bool_]
+    beliefs: Tables
+    info: PlanInfo
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """A whole search.
+
+    Parameters
+    ----------
+    map_name : name of the map.
+    planner : name of the planner.
+    config : the settings.
+    places : true place of each target, metres.
+    poses : poses, the start first, so one more than there are actions.
+    actions : names of the actions.
+    observations : place at which each target was seen after each step, or None.
+    rewards : reward of each step.
+    found_targets : the targets found, in the order of `places`.
+    views : cells in view at each pose, shape (steps + 1, H, W).
+    info : what the planner says about each decision.
+    beliefs : beliefs at each pose when they were asked for, else empty.
+    imagined : targets whose place was not known but drawn from the belief.
+    map_digest : `CityMap.digest` of the map; empty where it is not known.
+    """
+
+    map_name: str
+    planner: str
+    config: SearchConfig
+    places: Mapping[str, tuple[float, float]]
+    poses: tuple[Pose, ...]
+    actions: tuple[str, ...]
+    observations: tuple[Observed, ...]
+    rewards: tuple[float, ...]
+    found_targets: tuple[str, ...]
+    views: NDArray[np.bool_]
+    info: tuple[PlanInfo, ...] = ()
+    beliefs: tuple[Tables, ...] = ()
+    imagined: tuple[str, ...] = ()
+    map_digest: str = ""
+
+    @property
+    def start(self) -> Pose:
+        """Where the robot began."""
+        return self.poses[0]
+
+    @property
+    def steps(self) -> int:
+        """How many steps were taken."""
+        return len(self.actions)
+
+    @property
+    def found(self) -> bool:
+        """Whether every target was found."""
+        return len(self.found_targets) == len(self.places)
+
+    @property
+    def discounted_return(self) -> float:
+        """Sum of ``discount ** t * reward[t]`` over the steps t = 0, 1, ..."""
+        return math.fsum(self.config.discount**t * r for t, r in enumerate(self.rewards))
+
+    @property
+    def undiscounted_return(self) -> float:
+        """Sum of the rewards."""
+        return math.fsum(self.rewards)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``sloop search --json`` prints, but for the model and the seed."""
+        return {
+            "map": self.map_name,
+            "planner": self.planner,
+            "sims": self.config.sims,
+            "places": {name: list(place) for name, place in self.places.items()},
+            "poses": [list(pose) for pose in self.poses],
+            "actions": list(self.actions),
+            "observations": [
+                {name: None if at is None else list(at) for name, at in seen.items()}
+                for seen in self.observations
+            ],
+            "rewards": list(self.rewards),
+            **({"imagined": list(self.imagined)} if self.imagined else {}),
+            "found": self.found,
+            "found_targets": list(self.found_targets),
+            "steps": self.steps,
+            "discounted_return": self.discounted_return,
+        }
+
+
+class SearchInterrupted(KeyboardInterrupt):
+    """Ctrl-C ended a search.
+
+    Attributes
+    ----------
+    episode : what was done until then.
+    """
+
+    def __init__(self, episode: Episode) -> None:
+        self.episode = episode
+        super().__init__(f"The search was interrupted after {episode.steps} steps")

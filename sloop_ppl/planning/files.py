@@ -1,0 +1,182 @@
+"""Episodes as JSON documents, to be saved, read and drawn again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from sloop_ppl.errors import InputError, OutputError
+from sloop_ppl.outputs import written_whole
+from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.planning.episode import Episode, PlanInfo
+
+__all__ = [
+    "EPISODE_VERSION",
+    "episode_from_document",
+    "episode_to_document",
+    "read_episode",
+    "write_episode",
+]
+
+EPISODE_VERSION = 1
+"""Version of the document's format."""
+
+
+def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
+    """Return an episode as JSON values: what the command line prints, and what drawing it needs.
+
+    Parameters
+    ----------
+    episode : the episode.
+    **extra : members to add, such as ``model`` and ``seed``.
+
+    Notes
+    -----
+    Times are left out, so that the same seed gives the same bytes.
+    """
+    return {
+        "format": "sloop_ppl episode",
+        "version": EPISODE_VERSION,
+        **episode.to_json(),
+        **extra,
+        **({"map_digest": episode.map_digest} if episode.map_digest else {}),
+        "config": asdict(episode.config),
+        "shape": list(episode.views.shape[1:]),
+        "views": [np.flatnonzero(view).tolist() for view in episode.views],
+        "info": [
+            {
+                "planner": info.planner,
+                "sims": info.sims,
+                "values": dict(info.values),
+                "visits": dict(info.visits),
+                "expected": {name: dict(seen) for name, seen in info.expected.items()},
+                "notes": {k: list(v) if isinstance(v, tuple) else v for k, v in info.notes.items()},
+            }
+            for info in episode.info
+        ],
+        "beliefs": [
+            {name: table.tolist() for name, table in tables.items()} for tables in episode.beliefs
+        ],
+    }
+
+
+def episode_from_document(document: Any) -> Episode:
+    """Return the episode that a document holds.
+
+    Raises
+    ------
+    InputError : when it is no such document, is of another version, or lacks a member.
+    """
+    if not isinstance(document, Mapping) or document.get("format") != "sloop_ppl episode":
+        raise InputError(
+            "This is no episode; expected a JSON object whose 'format' is 'sloop_ppl episode', "
+            "as a search saves it"
+        )
+    version = document.get("version")
+    if version != EPISODE_VERSION:
+        raise InputError(
+            f"The episode has version {version!r}; this program reads version {EPISODE_VERSION}: "
+            "search again with this program, or read it with the one that wrote it"
+        )
+    try:
+        return _episode(document)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise InputError(
+            f"The episode is damaged ({type(error).__name__}: {error}); save it anew"
+        ) from error
+
+
+def _episode(document: Mapping[str, Any]) -> Episode:
+    known = {f.name for f in fields(SearchConfig)}
+    config = {k: v for k, v in document["config"].items() if k in known}
+    height, width = document["shape"]
+    views = np.zeros((len(document["views"]), height * width), dtype=bool)
+    for view, cells in zip(views, document["views"], strict=True):
+        view[cells] = True
+    n = len(document["actions"])
+    if len(document["poses"]) != n + 1 or len(views) != n + 1 or len(document["rewards"]) != n:
+        raise ValueError(f"{n} actions do not fit the poses, views and rewards")
+    return Episode(
+        map_name=str(document["map"]),
+        planner=str(document["planner"]),
+        config=SearchConfig(**config),
+        places=MappingProxyType({k: _place(v) for k, v in document["places"].items()}),
+        poses=tuple((float(x), float(y), float(h)) for x, y, h in document["poses"]),
+        actions=tuple(str(a) for a in document["actions"]),
+        observations=tuple(
+            MappingProxyType({k: None if v is None else _place(v) for k, v in seen.items()})
+            for seen in document["observations"]
+        ),
+        rewards=tuple(float(r) for r in document["rewards"]),
+        found_targets=tuple(document["found_targets"]),
+        views=views.reshape(-1, height, width),
+        info=tuple(_info(i) for i in document["info"]),
+        beliefs=tuple(
+            MappingProxyType({k: np.array(v, dtype=np.float64) for k, v in tables.items()})
+            for tables in document["beliefs"]
+        ),
+        imagined=tuple(str(name) for name in document.get("imagined", ())),
+        map_digest=str(document.get("map_digest", "")),
+    )
+
+
+def _place(value: Any) -> tuple[float, float]:
+    x, y = value
+    return float(x), float(y)
+
+
+def _info(value: Mapping[str, Any]) -> PlanInfo:
+    return PlanInfo(
+        planner=value["planner"],
+        sims=value["sims"],
+        values=MappingProxyType(dict(value["values"])),
+        visits=MappingProxyType(dict(value["visits"])),
+        expected=MappingProxyType(dict(value["expected"])),
+        notes=MappingProxyType(
+            {k: tuple(v) if isinstance(v, list) else v for k, v in value["notes"].items()}
+        ),
+    )
+
+
+def write_episode(episode: Episode, path: str | Path, **extra: Any) -> None:
+    """Write an episode to a JSON file, whole or not at all.
+
+    Parameters
+    ----------
+    episode : the episode.
+    path : where to.
+    **extra : members to add; see `episode_to_document`.
+
+    Raises
+    ------
+    OutputError : when the file cannot be written.
+    """
+    document = episode_to_document(episode, **extra)
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False)
+    try:
+        with written_whole(path) as whole:
+            whole.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"Cannot write {path}: {error.strerror}; choose another path") from error
+
+
+def read_episode(path: str | Path) -> Episode:
+    """Read an episode from a JSON file.
+
+    Raises
+    ------
+    InputError : when there is no such file, or it does not hold an episode of this version.
+    """
+    try:
+        document = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror}; give an episode's path") from error
+    except ValueError as error:
+        raise InputError(f"{path} is not JSON: {error}; give an episode's path") from error
+    return episode_from_document(document)

@@ -1,0 +1,75 @@
+"""Drive towards the pose that promises most belief in view, and find what is seen."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.episode import PlanInfo
+from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
+from sloop_ppl.planning.space import SearchSpace
+from sloop_ppl.planning.values import SearchAction, SearchObservation
+
+__all__ = ["GreedyPlanner", "find_worth"]
+
+
+class GreedyPlanner:
+    """Take the first move towards the pose that maximises ``discount ** steps * visible belief``.
+
+    Every reachable pose counts, at its fewest steps. What is seen is found at once when the
+    expected reward of that find is positive.
+
+    Parameters
+    ----------
+    space : the search space.
+    rng : not used; nothing is drawn.
+    """
+
+    def __init__(self, space: SearchSpace, *, rng: np.random.Generator | None = None) -> None:
+        del rng
+        self._space = space
+        self._nexts = next_poses(space)
+
+    def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
+        """Return the first move towards the best pose, or a find."""
+        begun = time.perf_counter()
+        belief: GridBelief = agent.belief
+        space, robot = self._space, belief.robot
+        if agent.history and agent.history[-1][1].any:
+            worth = [find_worth(belief, find) for find in space.finds]
+            best = int(np.argmax(worth))
+            if worth[best] > 0:
+                values = {f.name: w for f, w in zip(space.finds, worth, strict=True)}
+                seconds = time.perf_counter() - begun
+                return space.finds[best], PlanInfo("greedy", seconds=seconds, values=values)
+        wanted = [t for i, t in enumerate(belief.flat) if not robot.found >> i & 1]
+        reach = reach_from(robot.pose, self._nexts)
+        promise = visible_mass(space, wanted) * space.config.discount**reach.steps
+        promise[reach.steps < 0] = -1.0
+        values = {
+            move.name: float(promise[reach.first == move.index].max(initial=0.0))
+            for move in space.moves
+        }
+        best = int(reach.first[np.argmax(promise)])
+        seconds = time.perf_counter() - begun
+        return space.moves[best], PlanInfo("greedy", seconds=seconds, values=values)
+
+    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
+        """Learn nothing; the belief tells it all."""
+
+    def forget(self) -> None:
+        """Forget nothing; nothing is kept between decisions."""
+
+
+def find_worth(belief: GridBelief, find: SearchAction) -> float:
+    """Return the expected reward of a find from where the robot is."""
+    view = list(belief.robot.view)
+    missed = 1.0
+    for i, table in enumerate(belief.flat):
+        if find.marks >> i & 1 and not belief.robot.found >> i & 1:
+            missed *= 1.0 - float(table[view].sum())
+    config = belief.space.config
+    return (1.0 - missed) * config.right_find_reward + missed * config.wrong_find_reward

@@ -1,0 +1,209 @@
+"""POUCT in machine code on a tree of flat arrays: the algorithm of ``pomdp_py.POUCT``.
+
+Legend: V nodes; A actions; K slots of the hash table, a power of two.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.planning.compile import inlined, jit
+from sloop_ppl.planning.native import native_draw, native_legal, native_rollout, native_step
+
+__all__ = [
+    "Budget",
+    "FlatTree",
+    "Scratch",
+    "compact",
+    "find_child",
+    "grow",
+    "new_scratch",
+    "new_tree",
+]
+
+
+class FlatTree(NamedTuple):
+    """A search tree; node 0 is the root, and a node's parent has a smaller number.
+
+    Attributes
+    ----------
+    visits : visits of each node, shape (V,).
+    legal : bit mask of each node's actions, shape (V,).
+    parent : ``parent's node * A + action`` of each node, shape (V,).
+    key : key of the observation that leads to each node, shape (V,).
+    counts : visits of each action, shape (V, A).
+    values : mean return of each action, shape (V, A).
+    slots : hash table from parent and key to node, -1 where empty, shape (K,).
+    """
+
+    visits: NDArray[np.int32]
+    legal: NDArray[np.int32]
+    parent: NDArray[np.int64]
+    key: NDArray[np.int64]
+    counts: NDArray[np.int32]
+    values: NDArray[np.float64]
+    slots: NDArray[np.int32]
+
+
+class Budget(NamedTuple):
+    """Parameters of the search, as in `SearchConfig`."""
+
+    sims: int
+    depth: int
+    discount: float
+    exploration: float
+
+
+class Scratch(NamedTuple):
+    """Room for one simulation: what was done on the way, and what it earned."""
+
+    path: NDArray[np.int64]
+    rewards: NDArray[np.float64]
+
+
+def new_scratch(depth: int) -> Scratch:
+    """Return room for simulations of some depth."""
+    return Scratch(np.zeros(depth + 1, dtype=np.int64), np.zeros(depth + 1))
+
+
+def new_tree(capacity: int, n_actions: int) -> FlatTree:
+    """Return an empty tree with room for a number of nodes."""
+    slots = 1 << max(int(capacity * 2 - 1).bit_length(), 4)
+    return FlatTree(
+        np.zeros(capacity, dtype=np.int32),
+        np.zeros(capacity, dtype=np.int32),
+        np.zeros(capacity, dtype=np.int64),
+        np.zeros(capacity, dtype=np.int64),
+        np.zeros((capacity, n_actions), dtype=np.int32),
+        np.zeros((capacity, n_actions), dtype=np.float64),
+        np.full(slots, -1, dtype=np.int32),
+    )
+
+
+@inlined
+def _slot(tree: FlatTree, parent: int, key: int) -> int:
+    """Return the slot that holds the child, or the empty one where it belongs."""
+    mask = len(tree.slots) - 1
+    mixed = (np.uint64(parent) * np.uint64(0x9E3779B97F4A7C15)) ^ np.uint64(key)
+    mixed = (mixed ^ (mixed >> np.uint64(32))) * np.uint64(0xD6E8FEB86659FD93)
+    slot = np.int64(mixed >> np.uint64(33)) & mask
+    while True:
+        node = tree.slots[slot]
+        if node < 0 or (tree.parent[node] == parent and tree.key[node] == key):
+            return int(slot)
+        slot = (slot + 1) & mask
+
+
+@jit
+def find_child(tree: FlatTree, node: int, action: int, key: int) -> int:
+    """Return the node after an action and an observation, or -1."""
+    return int(tree.slots[_slot(tree, node * tree.counts.shape[1] + action, key)])
+
+
+@inlined
+def _choose(tree: FlatTree, node: int, exploration: float) -> int:
+    """Return the action with the highest upper confidence bound; the first that was not tried."""
+    log_visits = math.log(tree.visits[node] + 1.0)
+    best, best_bound = -1, -np.inf
+    for action in range(tree.counts.shape[1]):
+        if tree.legal[node] >> action & 1:
+            count = tree.counts[node, action]
+            if count == 0:
+                return action
+            bound = tree.values[node, action] + exploration * math.sqrt(log_visits / count)
+            if bound > best_bound:
+                best, best_bound = action, bound
+    return best
+
+
+@jit
+def grow(
+    data: Any,
+    belief: Any,
+    tree: FlatTree,
+    size: int,
+    budget: Budget,
+    random: Any,
+    state: Any,
+    scratch: Scratch,
+) -> int:
+    """Run simulations and return the number of nodes.
+
+    Parameters
+    ----------
+    data, belief : the domain's data and the belief at the root.
+    tree : the tree; it must have room for one more node per simulation.
+    size : how many nodes it has.
+    budget : parameters of the search.
+    random : stream of random numbers, a vector of one uint64.
+    state : a vector to hold states, int64, shape (S,).
+    scratch : what `new_scratch` returned for the depth.
+    """
+    n_actions = tree.counts.shape[1]
+    path, rewards = scratch.path, scratch.rewards
+    for _ in range(budget.sims):
+        native_draw(data, belief, state, random)
+        if size == 0:  # the first simulation makes the root, and its return goes nowhere
+            tree.legal[0] = native_legal(data, state)
+            tree.parent[0] = -1
+            size = 1
+            continue
+        node, level, total = 0, 0, 0.0
+        while level <= budget.depth:
+            action = _choose(tree, node, budget.exploration)
+            reward, key, over = native_step(data, state, action, random)
+            path[level], rewards[level] = node * n_actions + action, reward
+            level += 1
+            if over or level > budget.depth:
+                break
+            slot = _slot(tree, path[level - 1], key)
+            node = tree.slots[slot]
+            if node < 0:
+                tree.slots[slot] = size
+                tree.parent[size], tree.key[size] = path[level - 1], key
+                tree.legal[size] = native_legal(data, state)
+                size += 1
+                total = native_rollout(data, state, level, budget.depth, budget.discount, random)
+                break
+        for i in range(level - 1, -1, -1):
+            total = rewards[i] + budget.discount * total
+            node, action = path[i] // n_actions, path[i] % n_actions
+            tree.visits[node] += 1
+            tree.counts[node, action] += 1
+            tree.values[node, action] += (total - tree.values[node, action]) / tree.counts[
+                node, action
+            ]
+    return size
+
+
+@jit
+def _compact(tree: FlatTree, size: int, root: int, into: FlatTree, place: Any) -> int:
+    n_actions = tree.counts.shape[1]
+    kept = 0
+    for node in range(root, size):
+        parent = -1
+        if node != root:
+            parent = place[tree.parent[node] // n_actions]
+            if parent < 0:
+                continue
+        place[node] = kept
+        into.visits[kept], into.legal[kept] = tree.visits[node], tree.legal[node]
+        for action in range(n_actions):
+            into.counts[kept, action] = tree.counts[node, action]
+            into.values[kept, action] = tree.values[node, action]
+        into.parent[kept], into.key[kept] = -1, 0
+        if parent >= 0:
+            into.parent[kept] = parent * n_actions + tree.parent[node] % n_actions
+            into.key[kept] = tree.key[node]
+            into.slots[_slot(into, into.parent[kept], into.key[kept])] = kept
+        kept += 1
+    return kept
+
+
+def compact(tree: FlatTree, size: int, root: int, into: FlatTree) -> int:
+    """Copy the part of a tree below a node into an empty tree and return its number of nodes."""
+    return _compact(tree, size, root, into, np.full(size, -1, dtype=np.int64))

@@ -1,0 +1,327 @@
+"""Actions, states and observations of the search: immutable, cheaply hashed pomdp-py values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from sloop_ppl.planning._pomdp import Action, ObjectState, Observation, OOState
+
+if TYPE_CHECKING:
+    from sloop_ppl.planning.space import SearchSpace
+
+__all__ = ["RobotState", "SearchAction", "SearchObservation", "SearchState", "TargetState"]
+
+
+def _refuse(self: object, *_: object) -> NoReturn:
+    raise AttributeError(f"{type(self).__name__} is immutable; make a new one")
+
+
+def _same(self: Any, _memo: object = None) -> Any:
+    return self
+
+
+class SearchAction(Action):
+    """One of the actions; there is one object per name, index and target.
+
+    Attributes
+    ----------
+    name : such as ``"forward"``, ``"find"`` or ``"find(RedBike)"``.
+    index : position in the declared order of actions.
+    marks : bit mask of the targets that a find marks when they are in view; 0 for a move.
+    """
+
+    __slots__ = ("_hash", "index", "marks", "name")
+    name: str
+    index: int
+    marks: int
+
+    def __init__(self, name: str, index: int, marks: int = 0) -> None:
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "index", index)
+        object.__setattr__(self, "marks", marks)
+        object.__setattr__(self, "_hash", index * 1024 + marks)
+
+    __setattr__ = _refuse
+    __copy__ = __deepcopy__ = _same
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (
+            isinstance(other, SearchAction)
+            and (self.name, self.index, self.marks) == (other.name, other.index, other.marks)
+        )
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return self._hash  # type: ignore[no-any-return, attr-defined]
+
+    def __repr__(self) -> str:
+        return self.name
+
+    __str__ = __repr__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SearchAction, (self.name, self.index, self.marks)
+
+
+class RobotState(ObjectState):
+    """Where the robot is and what it has done; made by :meth:`SearchSpace.robot`, one per value.
+
+    Attributes
+    ----------
+    pose : ``(row * n_cols + col) * 8 + heading``.
+    found : bit mask of the targets found so far.
+    finds : how many finds were taken.
+    looked : True once the robot has sensed from its pose; a find before that counts for nothing.
+    ended : True when the search is over.
+    view : the cells in view, as flat indices.
+    collides : True when a step forward would hit a no-fly building.
+    """
+
+    __slots__ = (
+        "_hash",
+        "_next",
+        "_prefer",
+        "_space",
+        "collides",
+        "ended",
+        "finds",
+        "found",
+        "looked",
+        "pose",
+        "view",
+    )
+    pose: int
+    found: int
+    finds: int
+    looked: bool
+    ended: bool
+    view: frozenset[int]
+    collides: bool
+    _space: SearchSpace
+    _next: list[RobotState | None]
+    _prefer: tuple[bytes, int, int]
+
+    def __init__(self, space: SearchSpace, pose: int, found: int, finds: int, looked: bool) -> None:
+        row, col, heading = space.decode(pose)
+        attributes = {
+            "cell": (row, col),
+            "heading": heading,
+            "found": found,
+            "finds": finds,
+            "looked": looked,
+        }
+        super().__init__("robot", attributes)
+        derived = {
+            "pose": pose,
+            "found": found,
+            "finds": finds,
+            "looked": looked,
+            "ended": space.is_over(found, finds),
+            "view": space.view(pose),
+            "collides": space.collides(pose),
+            "_space": space,
+            "_next": [None] * 3,
+            "_prefer": space.preferences(pose),
+            "_hash": hash((pose, found, finds, looked)),
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
+
+    __setattr__ = _refuse
+    __setitem__ = _refuse
+    __copy__ = __deepcopy__ = copy = _same
+
+    @property
+    def cell(self) -> tuple[int, int]:
+        """``(row, col)`` of the robot's cell."""
+        return self._space.decode(self.pose)[:2]
+
+    @property
+    def heading(self) -> int:
+        """Direction the robot faces, eighths of a turn anticlockwise from east."""
+        return self.pose & 7
+
+    def moved(self, index: int) -> RobotState:
+        """Return the robot after the move with this index (0 forward, 1 left, 2 right)."""
+        after = self._next[index]
+        if after is None:
+            pose = self._space.next_pose(index, self.pose)
+            after = self._space.robot(pose, self.found, self.finds, looked=True)
+            self._next[index] = after
+        return after
+
+    def marked(self, marks: int) -> RobotState:
+        """Return the robot after a find that marks the targets of a bit mask."""
+        return self._space.robot(self.pose, self.found | marks, self.finds + 1, self.looked)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (
+            isinstance(other, RobotState)
+            and self.pose == other.pose
+            and self.found == other.found
+            and self.finds == other.finds
+            and self.looked == other.looked
+        )
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return self._hash  # type: ignore[no-any-return, attr-defined]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _robot, (self._space, self.pose, self.found, self.finds, self.looked)
+
+
+def _robot(space: SearchSpace, pose: int, found: int, finds: int, looked: bool) -> RobotState:
+    return space.robot(pose, found, finds, looked)
+
+
+class TargetState(ObjectState):
+    """Where one target is."""
+
+    __slots__ = ()
+
+    def __init__(self, target_id: str, row: int, col: int) -> None:
+        super().__init__("target", {"id": target_id, "cell": (row, col)})
+
+    __setitem__ = _refuse
+    __copy__ = __deepcopy__ = copy = _same
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TargetState) and self.attributes == other.attributes
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(self.attributes["cell"])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TargetState, (self.attributes["id"], *self.attributes["cell"])
+
+
+class SearchState(OOState):
+    """The robot's state and the cell of every target.
+
+    Attributes
+    ----------
+    robot : the robot.
+    cells : flat index ``row * n_cols + col`` of each target's cell, in the order of the ids.
+    """
+
+    __slots__ = ("cells", "robot")
+    robot: RobotState
+    cells: tuple[int, ...]
+
+    def __init__(self, robot: RobotState, cells: tuple[int, ...]) -> None:
+        _set_robot(self, robot)
+        _set_cells(self, cells)
+
+    __setattr__ = _refuse
+    __copy__ = __deepcopy__ = copy = _same
+
+    @property
+    def object_states(self) -> Mapping[str, ObjectState]:
+        """The state of each object by id: ``"robot"`` and the targets."""
+        space = self.robot._space
+        targets = {
+            name: TargetState(name, *divmod(cell, space.n_cols))
+            for name, cell in zip(space.target_ids, self.cells, strict=True)
+        }
+        return {"robot": self.robot, **targets}
+
+    @property
+    def situation(self) -> frozenset[tuple[str, ObjectState]]:
+        """What identifies the state."""
+        return frozenset(self.object_states.items())
+
+    def get_object_state(self, objid: str) -> ObjectState:
+        """Return the state of one object."""
+        return self.object_states[objid]
+
+    s = get_object_state
+
+    def get_object_class(self, objid: str) -> str:
+        """Return ``"robot"`` or ``"target"``."""
+        return str(self.object_states[objid].objclass)
+
+    def get_object_attribute(self, objid: str, attr: str) -> Any:
+        """Return one attribute of one object."""
+        return self.object_states[objid].attributes[attr]
+
+    set_object_state = _refuse
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, SearchState)
+            and self.robot == other.robot
+            and self.cells == other.cells
+        )
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash((self.robot, self.cells))
+
+    def __repr__(self) -> str:
+        return f"SearchState({dict(self.object_states)})"
+
+    __str__ = __repr__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SearchState, (self.robot, self.cells)
+
+
+_set_robot: Callable[[SearchState, RobotState], None] = SearchState.__dict__["robot"].__set__
+_set_cells: Callable[[SearchState, tuple[int, ...]], None] = SearchState.__dict__["cells"].__set__
+
+
+class SearchObservation(Observation):
+    """What one step showed.
+
+    Attributes
+    ----------
+    seen : flat index of the cell at which each unfound target was seen, or -1.
+    found : bit mask of the targets found so far; a find tells its outcome.
+    any : True when some target was seen.
+    """
+
+    __slots__ = ("_hash", "any", "found", "seen")
+    seen: tuple[int, ...]
+    found: int
+    any: bool
+
+    def __init__(self, seen: tuple[int, ...], found: int) -> None:
+        object.__setattr__(self, "seen", seen)
+        object.__setattr__(self, "found", found)
+        object.__setattr__(self, "any", max(seen) >= 0)
+        object.__setattr__(self, "_hash", hash((seen, found)))
+
+    __setattr__ = _refuse
+    __copy__ = __deepcopy__ = _same
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (
+            isinstance(other, SearchObservation)
+            and self.seen == other.seen
+            and self.found == other.found
+        )
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return self._hash  # type: ignore[no-any-return, attr-defined]
+
+    def __repr__(self) -> str:
+        return f"SearchObservation(seen={self.seen}, found={self.found:b})"
+
+    __str__ = __repr__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SearchObservation, (self.seen, self.found)
