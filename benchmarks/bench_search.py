@@ -37,8 +37,8 @@ from sloop_ppl.planning import (
     run_search,
 )
 from sloop_ppl.planning._pomdp import POUCT, Agent
-from sloop_ppl.planning.fast import NativePouct
-from sloop_ppl.planning.native_search import NativeSearch
+from sloop_ppl.planning.native_pouct import NativePouct
+from sloop_ppl.planning._search_kernel import NativeSearch
 
 SIDE, LARGE = 41, 401
 

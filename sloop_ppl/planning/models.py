@@ -18,7 +18,7 @@ from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation, SearchState
 
 if TYPE_CHECKING:
-    from sloop_ppl.planning.native_search import NativeSearch
+    from sloop_ppl.planning._search_kernel import NativeSearch
 
 __all__ = [
     "PublishedRollout",
@@ -46,7 +46,7 @@ class SearchTransitionModel(TransitionModel):
     @cached_property
     def native(self) -> NativeSearch:
         """The search as the planner ``fast`` runs it."""
-        from sloop_ppl.planning.native_search import NativeSearch
+        from sloop_ppl.planning._search_kernel import NativeSearch
 
         return NativeSearch(self.space)
 

@@ -1,6 +1,6 @@
 """POUCT in machine code on a tree of flat arrays: the algorithm of ``pomdp_py.POUCT``.
 
-Legend: V nodes; A actions; K slots of the hash table, a power of two.
+Legend: V nodes; A actions; K slots of the hash table, a power of two; S length of a state.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning.compile import inlined, jit
-from sloop_ppl.planning.native import native_draw, native_legal, native_rollout, native_step
+from sloop_ppl.planning._compile import inlined, int64, jit, uncached
+from sloop_ppl.planning._native import native_draw, native_legal, native_rollout, native_step
 
 __all__ = [
     "Budget",
@@ -21,6 +21,7 @@ __all__ = [
     "compact",
     "find_child",
     "grow",
+    "grow_uncached",
     "new_scratch",
     "new_tree",
 ]
@@ -31,13 +32,20 @@ class FlatTree(NamedTuple):
 
     Attributes
     ----------
-    visits : visits of each node, shape (V,).
-    legal : bit mask of each node's actions, shape (V,).
-    parent : ``parent's node * A + action`` of each node, shape (V,).
-    key : key of the observation that leads to each node, shape (V,).
-    counts : visits of each action, shape (V, A).
-    values : mean return of each action, shape (V, A).
-    slots : hash table from parent and key to node, -1 where empty, shape (K,).
+    visits
+        Visits N of each node, shape (V,).
+    legal
+        Bit mask of each node's actions, shape (V,).
+    parent
+        ``parent's node * A + action`` of each node, shape (V,).
+    key
+        Key of the observation that leads to each node, shape (V,).
+    counts
+        Visits N_a of each action, shape (V, A).
+    values
+        Mean return Q_a of each action, shape (V, A).
+    slots
+        Hash table from parent and key to node, -1 where empty, shape (K,).
     """
 
     visits: NDArray[np.int32]
@@ -87,26 +95,29 @@ def new_tree(capacity: int, n_actions: int) -> FlatTree:
 @inlined
 def _slot(tree: FlatTree, parent: int, key: int) -> int:
     """Return the slot that holds the child, or the empty one where it belongs."""
+    # Open addressing with linear probing; the tree never fills more than half of the K slots.
     mask = len(tree.slots) - 1
     mixed = (np.uint64(parent) * np.uint64(0x9E3779B97F4A7C15)) ^ np.uint64(key)
     mixed = (mixed ^ (mixed >> np.uint64(32))) * np.uint64(0xD6E8FEB86659FD93)
-    slot = np.int64(mixed >> np.uint64(33)) & mask
+    slot: int = int64(mixed >> np.uint64(33)) & mask  # of 31 well mixed bits
     while True:
         node = tree.slots[slot]
         if node < 0 or (tree.parent[node] == parent and tree.key[node] == key):
-            return int(slot)
+            return slot
         slot = (slot + 1) & mask
 
 
 @jit
 def find_child(tree: FlatTree, node: int, action: int, key: int) -> int:
     """Return the node after an action and an observation, or -1."""
-    return int(tree.slots[_slot(tree, node * tree.counts.shape[1] + action, key)])
+    child: int = tree.slots[_slot(tree, node * tree.counts.shape[1] + action, key)]
+    return child
 
 
 @inlined
 def _choose(tree: FlatTree, node: int, exploration: float) -> int:
     """Return the action with the highest upper confidence bound; the first that was not tried."""
+    # UCB1: argmax over legal a of Q_a + exploration * sqrt(log(N + 1) / N_a).
     log_visits = math.log(tree.visits[node] + 1.0)
     best, best_bound = -1, -np.inf
     for action in range(tree.counts.shape[1]):
@@ -135,13 +146,20 @@ def grow(
 
     Parameters
     ----------
-    data, belief : the domain's data and the belief at the root.
-    tree : the tree; it must have room for one more node per simulation.
-    size : how many nodes it has.
-    budget : parameters of the search.
-    random : stream of random numbers, a vector of one uint64.
-    state : a vector to hold states, int64, shape (S,).
-    scratch : what `new_scratch` returned for the depth.
+    data, belief
+        The domain's data and the belief at the root.
+    tree
+        The tree; it must have room for one more node per simulation.
+    size
+        How many nodes it has.
+    budget
+        Parameters of the search.
+    random
+        Stream of random numbers, a vector of one uint64.
+    state
+        A vector to hold states, int64, shape (S,).
+    scratch
+        What `new_scratch` returned for the depth.
     """
     n_actions = tree.counts.shape[1]
     path, rewards = scratch.path, scratch.rewards
@@ -152,7 +170,9 @@ def grow(
             tree.parent[0] = -1
             size = 1
             continue
-        node, level, total = 0, 0, 0.0
+        # Down the tree by UCB1, until an observation leads out of it or the horizon is reached.
+        # numba compiles a function anew for a constant argument; int64 makes it a variable.
+        node, level, total = int64(0), int64(0), 0.0
         while level <= budget.depth:
             action = _choose(tree, node, budget.exploration)
             reward, key, over = native_step(data, state, action, random)
@@ -161,14 +181,16 @@ def grow(
             if over or level > budget.depth:
                 break
             slot = _slot(tree, path[level - 1], key)
-            node = tree.slots[slot]
+            node = int64(tree.slots[slot])
             if node < 0:
+                # A new leaf; what follows is estimated by one rollout.
                 tree.slots[slot] = size
                 tree.parent[size], tree.key[size] = path[level - 1], key
                 tree.legal[size] = native_legal(data, state)
                 size += 1
                 total = native_rollout(data, state, level, budget.depth, budget.discount, random)
                 break
+        # Back up: R_i = r_i + discount * R_(i+1), and Q_a becomes the running mean of R_i.
         for i in range(level - 1, -1, -1):
             total = rewards[i] + budget.discount * total
             node, action = path[i] // n_actions, path[i] % n_actions
@@ -180,11 +202,16 @@ def grow(
     return size
 
 
+grow_uncached = uncached(grow)
+"""The same for domains of users, whose types must not get into the cache."""
+
+
 @jit
 def _compact(tree: FlatTree, size: int, root: int, into: FlatTree, place: Any) -> int:
+    """Copy the nodes below a root; `place`, all -1, shape (V,), takes their new numbers."""
     n_actions = tree.counts.shape[1]
     kept = 0
-    for node in range(root, size):
+    for node in range(root, size):  # parents come first, so theirs are known
         parent = -1
         if node != root:
             parent = place[tree.parent[node] // n_actions]

@@ -1,8 +1,8 @@
-"""The native-model protocol: how a domain lets the planner ``fast`` run it in machine code.
+"""The protocol by which a domain lets `NativePouct` run it in machine code.
 
 A domain opts in with an attribute ``native`` on its transition model, a `NativeModel`. Its data
-and its belief are NamedTuples of arrays and numbers; five functions that numba can compile are
-registered for them with `register_native`. States are vectors of int64, which `step` changes in
+and its belief are NamedTuples of arrays and numbers; four or five functions that numba can compile
+are registered for them with `register_native`. States are vectors of int64, which `step` changes in
 place. Random numbers come from `uniform`.
 
 Legend: A actions; S length of a state.
@@ -18,19 +18,19 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._compile import PART_OPTIONS, callable_part, called, inlined, uncached
 from sloop_ppl.planning._pomdp import Agent
-from sloop_ppl.planning.compile import inlined, jit
 
 __all__ = [
     "NativeFunctions",
     "NativeModel",
+    "generic_rollout",
     "native_draw",
     "native_legal",
     "native_policy",
     "native_rollout",
     "native_step",
     "register_native",
-    "roll_out",
     "uniform",
 ]
 
@@ -40,13 +40,16 @@ T = TypeVar("T")
 
 
 class NativeModel(Protocol):
-    """What a domain tells the planner ``fast``.
+    """A domain, as `NativePouct` wants to see it.
 
     Attributes
     ----------
-    actions : the actions; their places are the numbers that the functions use.
-    state_size : length S of a state.
-    data : NamedTuple for which functions were registered.
+    actions
+        The actions, A of them; their places are the numbers that the functions use.
+    state_size
+        Length S of a state.
+    data
+        NamedTuple for whose class functions were registered.
     """
 
     actions: tuple[Any, ...]
@@ -63,18 +66,23 @@ class NativeModel(Protocol):
 
 
 class NativeFunctions(NamedTuple):
-    """The functions of a domain, each a plain function that numba can compile, or compiled.
+    """The functions of a domain, each a plain function that numba can compile.
 
     Attributes
     ----------
-    draw : ``(data, belief, state, random) -> None`` fills a state drawn from the belief.
-    legal : ``(data, state) -> int`` returns the bit mask of the actions that may be taken.
-    step : ``(data, state, action, random) -> (reward, key, over)`` changes the state; `key`
-        tells observations apart, and after `over` every reward is zero.
-    policy : ``(data, state, random) -> int`` returns the next action below the leaves.
-    rollout : None, or ``(data, state, level, depth, discount, random) -> return``, a whole
-        rollout from `level` to `depth` at once, where that can be had faster than by `policy`
-        and `step` in turn.
+    draw
+        ``(data, belief, state, random) -> None`` fills a state drawn from the belief.
+    legal
+        ``(data, state) -> int`` returns the bit mask of the actions that may be taken.
+    step
+        ``(data, state, action, random) -> (reward, key, over)`` changes the state; `key` tells
+        observations apart, and after `over` every reward is zero.
+    policy
+        ``(data, state, random) -> int`` returns the next action below the leaves.
+    rollout
+        None, or ``(data, state, level, depth, discount, random) -> return``, a whole rollout from
+        `level` to `depth` at once, where that can be had faster than by `policy` and `step` in
+        turn.
     """
 
     draw: Callable[..., None]
@@ -84,7 +92,7 @@ class NativeFunctions(NamedTuple):
     rollout: Callable[..., float] | None = None
 
 
-@inlined
+@callable_part
 def uniform(random: Random) -> float:
     """Return the next number in [0, 1) of a stream, a vector of one uint64 (splitmix64)."""
     random[0] += np.uint64(0x9E3779B97F4A7C15)
@@ -92,11 +100,14 @@ def uniform(random: Random) -> float:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return float(z >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+    return np.float64(z >> np.uint64(11)) * (1.0 / 9007199254740992.0)  # 2 ** -53
+
+
+# The kernels call these five; numba replaces each by the function registered for the type of data.
 
 
 def native_draw(data: Any, belief: Any, state: State, random: Random) -> None:
-    """Fill a state drawn from a belief; compiled code calls the domain's function."""
+    """Fill a state drawn from a belief."""
     raise NotImplementedError
 
 
@@ -122,11 +133,10 @@ def native_rollout(
     raise NotImplementedError
 
 
-@jit
-def roll_out(
+def _generic_rollout(
     data: Any, state: State, level: int, depth: int, discount: float, random: Random
 ) -> float:
-    """Return the discounted return of a rollout by policy and step in turn."""
+    """Return the sum of ``discount ** i * reward_i`` of a rollout by policy and step in turn."""
     total, weight = 0.0, 1.0
     while level < depth:
         reward, _, over = native_step(data, state, native_policy(data, state, random), random)
@@ -138,30 +148,42 @@ def roll_out(
     return total
 
 
+generic_rollout = called(_generic_rollout)
+
+
 def register_native(data_class: type, functions: NativeFunctions) -> None:
     """Register the functions of a domain for its NamedTuple of data.
 
     Parameters
     ----------
-    data_class : the class of `NativeModel.data`.
-    functions : the domain's functions.
+    data_class
+        The class of `NativeModel.data`.
+    functions
+        The domain's functions.
     """
-    draw, legal, step, policy = (f if hasattr(f, "py_func") else inlined(f) for f in functions[:4])
-    rollout = functions.rollout or roll_out
 
     def ours(data: Any) -> bool:
         named = isinstance(data, types.BaseNamedTuple)
         return named and getattr(data, "instance_class", None) is data_class
 
+    def plain(function: Callable[..., Any]) -> Callable[..., Any]:
+        return getattr(function, "py_func", function)  # of one that is compiled already
+
+    draw, legal, policy = (plain(f) for f in (functions.draw, functions.legal, functions.policy))
+    step = inlined(plain(functions.step))  # called from two places, so compiled apart from them
+    # An entry from Python of its own keeps LLVM from making the long rollout a part of its caller,
+    # where its numbers would not find enough registers: 5 % of the simulations.
+    rollout = uncached(functions.rollout or _generic_rollout)
+
+    # numba calls each of these with types; what is returned is compiled in place of the call.
+
     @_overload(native_draw)
     def _(data: Any, belief: Any, state: Any, random: Any) -> Any:  # noqa: ARG001
-        if not ours(data):
-            return None
-        return lambda data, belief, state, random: draw(data, belief, state, random)
+        return draw if ours(data) else None
 
     @_overload(native_legal)
     def _(data: Any, state: Any) -> Any:  # noqa: ARG001
-        return (lambda data, state: legal(data, state)) if ours(data) else None
+        return legal if ours(data) else None
 
     @_overload(native_step)
     def _(data: Any, state: Any, action: Any, random: Any) -> Any:  # noqa: ARG001
@@ -171,9 +193,7 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
 
     @_overload(native_policy)
     def _(data: Any, state: Any, random: Any) -> Any:  # noqa: ARG001
-        if not ours(data):
-            return None
-        return lambda data, state, random: policy(data, state, random)
+        return policy if ours(data) else None
 
     @_overload(native_rollout)
     def _(data: Any, state: Any, level: Any, depth: Any, discount: Any, random: Any) -> Any:  # noqa: ARG001
@@ -186,7 +206,5 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
 
 def _overload(stub: Callable[..., Any]) -> Callable[[T], T]:
     untyped: Any = overload
-    typed: Callable[[T], T] = untyped(
-        stub, strict=False, jit_options={"_nrt": False, "forceinline": True}
-    )
+    typed: Callable[[T], T] = untyped(stub, strict=False, jit_options=PART_OPTIONS)
     return typed

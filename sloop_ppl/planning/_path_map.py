@@ -1,0 +1,220 @@
+"""The map and what counts on it, as arrays for the path search, and the greedy path over them.
+
+Legend: P poses, numbered ``(row * W + column) * 8 + heading``; K cells of the largest fan; R
+largest offset in a fan; G cells of the bordered map, that is (H + 2 R) * (W + 2 R).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.planning._compile import inlined, int64, jit
+from sloop_ppl.planning._search_tables import move_outcomes, next_poses, search_data
+from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.space import SearchSpace
+
+__all__ = [
+    "Objective",
+    "PathMap",
+    "Scouts",
+    "cost",
+    "detection_masses",
+    "greedy_path",
+    "new_scouts",
+    "path_map_of",
+    "reach_of",
+]
+
+
+class PathMap(NamedTuple):
+    """Where moves lead and what is seen; the map has a border of R cells so that views fit.
+
+    Attributes
+    ----------
+    next_pose
+        Most probable pose after each move, shape (3, P).
+    collides
+        True where that move hits a no-fly building, shape (3, P) or (0, 0).
+    cell
+        Index of each pose's cell in the bordered map, shape (P,).
+    fans, sizes
+        Offsets of the fan's cells in the bordered map by heading, shape (8, K), and how many there
+        are, (8,).
+    hidden
+        True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
+    n_cols
+        Columns of the map.
+    """
+
+    next_pose: NDArray[np.int32]
+    collides: NDArray[np.bool_]
+    cell: NDArray[np.int32]
+    fans: NDArray[np.int32]
+    sizes: NDArray[np.int64]
+    hidden: NDArray[np.bool_]
+    n_cols: int
+
+
+class Objective(NamedTuple):
+    """What counts: belief and rewards.
+
+    Attributes
+    ----------
+    mass
+        Expected number of targets m by cell of the bordered map, shape (G,).
+    total
+        Expected number of targets.
+    hit
+        Probability of detecting what is in view.
+    move, collision, right
+        Rewards.
+    discount
+        Discount factor per step.
+    """
+
+    mass: NDArray[np.float64]
+    total: float
+    hit: float
+    move: float
+    collision: float
+    right: float
+    discount: float
+
+
+class Scouts(NamedTuple):
+    """Room for a breadth-first search over P poses: how far, from where, and in which order."""
+
+    steps: NDArray[np.int32]
+    origin: NDArray[np.int32]
+    queue: NDArray[np.int32]
+
+
+def reach_of(space: SearchSpace) -> int:
+    """Return the width R of the border: how far the sensor sees, in whole cells."""
+    return max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
+
+
+def path_map_of(space: SearchSpace) -> PathMap:
+    """Return the map as arrays, with a border as wide as the sensor sees."""
+    data, reach = search_data(space), reach_of(space)
+    width = space.n_cols + 2 * reach
+    row, col = np.divmod(
+        np.arange(space.n_cells * HEADINGS, dtype=np.int32) // HEADINGS, space.n_cols
+    )
+    blocked = np.ascontiguousarray(data.blocked[:, 0]) if len(data.blocked) else None
+    return PathMap(
+        next_pose=next_poses(space.shape, move_outcomes(space)[0][:, :, 0], blocked),
+        collides=np.zeros((0, 0), dtype=bool) if blocked is None else blocked,
+        cell=((row + reach) * width + col + reach).astype(np.int32),
+        fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
+        sizes=data.fan_sizes,
+        hidden=data.hidden,
+        n_cols=space.n_cols,
+    )
+
+
+@inlined
+def cost(path_map: PathMap, objective: Objective, pose: int, move: int, remaining: float) -> float:
+    """Return the expected reward of a move, r * min(L, 1): it counts while L > 0 is left."""
+    reward = objective.move
+    if len(path_map.collides) > 0 and path_map.collides[move, pose]:
+        reward = objective.collision
+    return reward * remaining if remaining < 1.0 else reward
+
+
+def new_scouts(n_poses: int) -> Scouts:
+    """Return room for `greedy_path`."""
+    return Scouts(*(np.empty(n_poses, dtype=np.int32) for _ in range(3)))
+
+
+@jit
+def greedy_path(
+    path_map: PathMap, objective: Objective, start: int, scouts: Scouts, moves: NDArray[np.int32]
+) -> int:
+    """Fill in the moves to the pose with the most discounted mass in view; return how many.
+
+    It is the path of the planner ``greedy``: to the first pose p, by number of moves n(p), that
+    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``.
+
+    Parameters
+    ----------
+    path_map, objective
+        The map, and what counts.
+    start
+        The robot's pose.
+    scouts
+        Room.
+    moves
+        Room for the moves; a longer path is cut.
+    """
+    scouts.steps[:] = -1
+    scouts.steps[start], scouts.queue[0] = 0, start
+    head, tail, goal, best = 0, 1, start, 0.0
+    discounted, steps = 1.0, 0
+    while head < tail:
+        pose = int64(scouts.queue[head])
+        head += 1
+        if scouts.steps[pose] > steps:
+            steps += 1
+            discounted *= objective.discount
+            if discounted * objective.total <= best:  # no pose from here on can be better
+                break
+        if pose != start:
+            mass, centre, heading = 0.0, path_map.cell[pose], pose & 7
+            for k in range(path_map.sizes[heading]):
+                if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
+                    mass += objective.mass[centre + path_map.fans[heading, k]]
+            if discounted * mass > best * (1 + 1e-9):
+                goal, best = pose, discounted * mass
+        for move in range(3):
+            after = int64(path_map.next_pose[move, pose])
+            if scouts.steps[after] < 0:
+                scouts.steps[after], scouts.origin[after] = scouts.steps[pose] + 1, 4 * pose + move
+                scouts.queue[tail] = after
+                tail += 1
+    length: int = int64(scouts.steps[goal])
+    pose = goal
+    for i in range(length - 1, -1, -1):  # from the goal back to the start
+        if i < len(moves):
+            moves[i] = scouts.origin[pose] % 4
+        pose = int64(scouts.origin[pose] // 4)
+    return length if length < len(moves) else len(moves)
+
+
+@jit
+def detection_masses(
+    path_map: PathMap,
+    mass: NDArray[np.float64],
+    hit: float,
+    poses: NDArray[np.int64],
+    detected: NDArray[np.float64],
+) -> None:
+    """Fill in how many targets each pose of a path is expected to be the first to show.
+
+    At pose t it is ``hit * sum of m over its view``, after which each m there becomes
+    ``(1 - hit) * m``.
+
+    Parameters
+    ----------
+    path_map
+        The map.
+    mass
+        Expected number of targets by cell of the bordered map, shape (G,); changed.
+    hit
+        Probability of detecting what is in view.
+    poses
+        The path.
+    detected
+        All zeros; filled in, shape as `poses`.
+    """
+    for i in range(len(poses)):
+        pose = poses[i]
+        centre, heading = path_map.cell[pose], pose & 7
+        for k in range(path_map.sizes[heading]):
+            if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
+                cell = centre + path_map.fans[heading, k]
+                detected[i] += hit * mass[cell]
+                mass[cell] *= 1.0 - hit

@@ -1,0 +1,205 @@
+"""The rules of the search as arrays, for machine code; all are derived from the search space.
+
+Legend: A = 3 moves; O outcomes of a move; K cells of the largest fan; R largest offset in a fan;
+P poses, numbered ``(row * W + column) * 8 + heading``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.space import SearchSpace
+
+__all__ = ["SearchData", "move_outcomes", "next_poses", "search_data"]
+
+
+class SearchData(NamedTuple):
+    """What the functions of the search's domain know; the types are the same for all settings.
+
+    Attributes
+    ----------
+    n_rows, n_cols, n_targets, max_finds, n_finds
+        Numbers of what their names say; `n_finds` is that of the find actions.
+    reach
+        R.
+    n_outcomes
+        O.
+    offsets
+        Rows north, columns east and eighths of a turn of each outcome, by ``(move * 8 + heading) *
+        O + outcome``, shape (A * 8 * O, 3).
+    chance
+        Probability of each outcome, most probable first, shape (A * 8 * O,).
+    blocked
+        True where a no-fly building stops an outcome at a pose, shape (A, O, P) or (0, 0, 0).
+    fan
+        One plus the place of an offset in its fan, else 0, shape (8, 2 R + 1, 2 R + 1).
+    fans, fan_sizes
+        Offsets of each fan, shape (8, K, 2), and how many there are, (8,).
+    hidden
+        True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
+    aim
+        Directions, as x and y, that a target must be anticlockwise of for a left turn to turn
+        towards it, and for a right turn, by heading, shape (8, 2, 2).
+    move, right, wrong, collision
+        Rewards of a move, a right find, a wrong find, and a move that is stopped by a building.
+    hit, false, sigma
+        True positive rate, false positive rate, and noise of the reported cell in cells.
+    published
+        1 for the published rollout, 0 for the random one.
+    steps
+        Rows and columns of the most probable step forward by heading, shape (8, 2).
+    plain
+        1 where moves have one outcome each, the step no turn, the turns no step, and turns are the
+        same from all headings, namely `left_turn` and `right_turn` eighths.
+    """
+
+    n_rows: int
+    n_cols: int
+    n_targets: int
+    max_finds: int
+    n_finds: int
+    reach: int
+    n_outcomes: int
+    offsets: NDArray[np.int64]
+    chance: NDArray[np.float64]
+    blocked: NDArray[np.bool_]
+    fan: NDArray[np.int32]
+    fans: NDArray[np.int64]
+    fan_sizes: NDArray[np.int64]
+    hidden: NDArray[np.bool_]
+    aim: NDArray[np.float64]
+    move: float
+    right: float
+    wrong: float
+    collision: float
+    hit: float
+    false: float
+    sigma: float
+    published: int
+    steps: NDArray[np.int64]
+    plain: int
+    left_turn: int
+    right_turn: int
+
+
+def search_data(space: SearchSpace) -> SearchData:
+    """Return a search space as arrays."""
+    config = space.config
+    offsets, chance = move_outcomes(space)
+    most = max(len(fan) for fan in space.fans)
+    reach = max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
+    fan = np.zeros((HEADINGS, 2 * reach + 1, 2 * reach + 1), dtype=np.int32)
+    fans = np.zeros((HEADINGS, most, 2), dtype=np.int64)
+    for heading, cells in enumerate(space.fans):
+        for place, (row, col) in enumerate(cells):
+            fan[heading, row + reach, col + reach] = place + 1
+            fans[heading, place] = row, col
+    turns = offsets[1:, :, 0, 2]
+    even = (turns == turns[:, :1]).all()
+    still = not offsets[0, ..., 2].any() and not offsets[1:, ..., :2].any()
+    return SearchData(
+        n_rows=space.n_rows,
+        n_cols=space.n_cols,
+        n_targets=len(space.target_ids),
+        max_finds=space.max_finds,
+        n_finds=len(space.finds),
+        reach=reach,
+        n_outcomes=offsets.shape[2],
+        offsets=offsets.reshape(-1, 3),
+        chance=chance.ravel(),
+        blocked=_blocked(space, offsets),
+        fan=fan,
+        fans=fans,
+        fan_sizes=np.array([len(f) for f in space.fans], dtype=np.int64),
+        hidden=_hidden(space),
+        aim=_aim(offsets),
+        move=float(config.move_reward),
+        right=float(config.right_find_reward),
+        wrong=float(config.wrong_find_reward),
+        collision=float(config.collision_reward),
+        hit=float(config.true_positive_rate),
+        false=float(config.false_positive_rate),
+        sigma=float(config.position_noise_cells),
+        published=int(config.rollout != "random"),
+        steps=np.ascontiguousarray(offsets[0, :, 0, :2]),
+        plain=int(offsets.shape[2] == 1 and still and even),
+        left_turn=int(turns[0, 0]),
+        right_turn=int(turns[1, 0]),
+    )
+
+
+def move_outcomes(space: SearchSpace) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the offsets of each move's outcomes, shape (A, 8, O, 3), and their chances."""
+    offsets = np.zeros((3, HEADINGS, 1, 3), dtype=np.int64)
+    offsets[0, :, 0, :2] = space.steps
+    turn = space.config.turn_deg // 45
+    offsets[1, :, 0, 2], offsets[2, :, 0, 2] = turn, HEADINGS - turn
+    return offsets, np.ones((3, HEADINGS, 1))
+
+
+def next_poses(
+    shape: tuple[int, int],
+    offsets: NDArray[np.int64],
+    blocked: NDArray[np.bool_] | None = None,
+) -> NDArray[np.int32]:
+    """Return the pose after each move from each pose, shape (A, P).
+
+    Parameters
+    ----------
+    shape
+        Rows and columns of the map; a move that leaves it leaves the pose.
+    offsets
+        Rows, columns and eighths of a turn of each move by heading, shape (A, 8, 3).
+    blocked
+        Where a move leaves the pose because of a building, shape (A, P); nowhere when None.
+    """
+    rows, cols = shape
+    poses = np.arange(rows * cols * HEADINGS, dtype=np.int32)
+    nexts = np.empty((len(offsets), rows, cols, HEADINGS), dtype=np.int32)
+    here = poses.reshape(rows, cols, HEADINGS)
+    for move in range(len(offsets)):
+        for heading in range(HEADINGS):
+            dr, dc, turn = offsets[move, heading].tolist()
+            row = np.arange(rows, dtype=np.int32)[:, None] + dr
+            col = np.arange(cols, dtype=np.int32)[None, :] + dc
+            inside = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
+            there = (row * cols + col) * HEADINGS + (heading + turn) % HEADINGS
+            nexts[move, :, :, heading] = np.where(inside, there, here[:, :, heading])
+    flat = nexts.reshape(len(offsets), -1)
+    return flat if blocked is None else np.where(blocked, poses, flat)
+
+
+def _aim(offsets: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the direction half way to each turn, turned round for turns clockwise."""
+    turn = (offsets[1:, :, 0, 2] + 4) % HEADINGS - 4  # eighths in [-4, 4), shape (2, 8)
+    angle = (np.arange(HEADINGS) + turn / 2).T * 2 * np.pi / HEADINGS
+    sign = np.sign(turn).T[..., None]
+    return np.ascontiguousarray(sign * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+
+
+def _hidden(space: SearchSpace) -> NDArray[np.bool_]:
+    """Return which places of the fan are not in view from a pose, shape (P, K) or (0, 0)."""
+    if not (space.config.occlusion and space.tall.any()):
+        return np.zeros((0, 0), dtype=bool)
+    most = max(len(fan) for fan in space.fans)
+    hidden = np.zeros((space.n_cells * HEADINGS, most), dtype=bool)
+    for pose in range(len(hidden)):
+        row, col, heading = space.decode(pose)
+        view = space.view(pose)
+        for place, (dr, dc) in enumerate(space.fans[heading]):
+            hidden[pose, place] = (row + dr) * space.n_cols + col + dc not in view
+    return hidden
+
+
+def _blocked(space: SearchSpace, offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which outcomes of moves hit a no-fly building, shape (A, O, P) or (0, 0, 0)."""
+    if not space.no_fly:
+        return np.zeros((0, 0, 0), dtype=bool)
+    n_poses = space.n_cells * HEADINGS
+    blocked = np.zeros((3, offsets.shape[2], n_poses), dtype=bool)
+    blocked[0, 0] = [space.collides(pose) for pose in range(n_poses)]
+    return blocked

@@ -1,0 +1,253 @@
+"""Plan on the belief itself: a tree search over paths, which draws no targets."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.planning._path_kernel import explore, new_candidates, new_path_state, new_tree
+from sloop_ppl.planning._path_map import (
+    Objective,
+    detection_masses,
+    greedy_path,
+    new_scouts,
+    path_map_of,
+    reach_of,
+)
+from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning._value_bound import set_mass, value_bound_of
+from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.episode import PlanInfo
+from sloop_ppl.planning.greedy import find_worth
+from sloop_ppl.planning.space import SearchSpace
+from sloop_ppl.planning.values import SearchAction, SearchObservation
+
+__all__ = ["PathSearch", "sharpened"]
+
+SIMS_A_LEVEL = 12
+"""Fewest simulations a level; with fewer in all, paths are shorter."""
+
+_SQUARINGS = 3
+"""The sharper belief is the belief to the power of 2 to this, which is 8."""
+
+
+class PathSearch:
+    """Search the tree of paths; find what was detected when that is worth it.
+
+    Exact for one target and a sensor without noise, up to the horizon; with more targets it
+    counts every target's detection and neglects the detours after the first. A noisy sensor's
+    misses are counted, its false reports are not, except in the decision to find; of a motion's
+    outcomes the most probable counts. Paths are chosen, and valued, under the sharpened belief
+    (`hedge` of `SearchConfig`); what they are expected to show is reported under the belief itself.
+
+    Parameters
+    ----------
+    space
+        The search space.
+    rng
+        Not used; nothing is drawn.
+    """
+
+    def __init__(self, space: SearchSpace, *, rng: np.random.Generator | None = None) -> None:
+        del rng
+        self._space = space
+        config = space.config
+        reach = reach_of(space)
+        self._map = path_map_of(space)
+        self._bound = value_bound_of(space, self._map)
+        self._bordered = space.n_rows + 2 * reach, space.n_cols + 2 * reach
+        self._inner = slice(reach, reach + space.n_rows), slice(reach, reach + space.n_cols)
+        self._sims = config.sims
+        self._depth = min(config.depth, max(config.sims // SIMS_A_LEVEL, 1))
+        n_cells, n_poses = self._bordered[0] * self._bordered[1], len(self._map.cell)
+        self._state = new_path_state(
+            n_cells, len(self._bound.blocks), self._depth, self._map.fans.shape[1]
+        )
+        widest = min(2 * config.sims, 12 * config.sims // self._depth) + 64
+        self._tree = new_tree(config.sims + widest + 4 * self._depth)
+        self._found = new_candidates(widest, n_poses)
+        self._scouts = new_scouts(n_poses)
+        self._plan: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+
+    def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
+        """Return the first move of the best path, or a find."""
+        begun = time.perf_counter()
+        belief: GridBelief = agent.belief
+        space, config = self._space, self._space.config
+        found = self._find(belief)
+        if found is not None:
+            find, value = found
+            self.forget()
+            seconds = time.perf_counter() - begun
+            return find, PlanInfo("fast", seconds=seconds, values={find.name: value})
+        objective = self._objective(belief)
+        tree, pose = self._tree, belief.robot.pose
+        root = tree[0]
+        root["pose"], root["remaining"] = pose, objective.total
+        root["move"], root["child"] = -1, -1
+        self._found.kept["level"] = -1
+        size, last, spent = explore(
+            self._map, objective, self._bound, tree, self._state, self._found,
+            self._sims, self._depth, self._hint(objective, pose),
+        )  # fmt: skip
+        path = self._best_path(last, size)
+        believed = self._mass(belief, 0.0)
+        chances = self._detected(believed, path)
+        self._plan = tree["move"][path]
+        children = {m: tree[child] for m, child in enumerate(root["child"]) if child >= 0}
+        info = PlanInfo(
+            "fast",
+            sims=spent,
+            seconds=time.perf_counter() - begun,
+            values={space.moves[m].name: self._value(objective, c) for m, c in children.items()},
+            visits={space.moves[m].name: int(c["visits"]) for m, c in children.items()},
+            tree=self._tree_below([], objective, believed, config.tree_depth)
+            if config.tree_depth
+            else None,
+            notes={
+                "path": tuple(space.moves[m].name for m in self._plan),
+                "expected_seen": tuple(chances.tolist()),
+            },
+        )
+        return space.moves[int(self._plan[0])], info
+
+    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
+        """Keep the rest of the path that was planned, as one to go on with."""
+        del agent
+        follows = len(self._plan) > 0 and self._plan[0] == action.index and not observation.any
+        if follows:
+            self._plan = self._plan[1:]
+        else:
+            self.forget()
+
+    def forget(self) -> None:
+        """Drop the path that was planned."""
+        self._plan = self._plan[:0]
+
+    def _find(self, belief: GridBelief) -> tuple[SearchAction, float] | None:
+        """Return the best find and its value, when it is worth more than looking once more."""
+        if not belief.robot.looked:
+            return None
+        config = belief.space.config
+        values = [find_worth(belief, find) for find in belief.space.finds]
+        best = int(np.argmax(values))
+        span = config.right_find_reward - config.wrong_find_reward
+        chance = (values[best] - config.wrong_find_reward) / span if span else 0.0
+        again = chance * config.true_positive_rate * config.right_find_reward
+        wait = config.move_reward + config.discount**2 * again
+        if values[best] <= 0 or (chance < 1 - 1e-9 and values[best] < wait):
+            return None
+        return belief.space.finds[best], values[best]
+
+    def _objective(self, belief: GridBelief) -> Objective:
+        """Return what counts under a belief, and give its mass to the value bound."""
+        config, space, bound = belief.space.config, belief.space, self._bound
+        mass = self._mass(belief, config.hedge)
+        by_block = np.bincount(bound.block, weights=mass, minlength=len(bound.blocks))
+        set_mass(bound, by_block.astype(np.float64), space.n_cols)
+        return Objective(
+            mass=mass,
+            total=float(mass.sum()),
+            hit=float(config.true_positive_rate),
+            move=float(config.move_reward),
+            collision=float(config.collision_reward),
+            right=float(config.right_find_reward),
+            discount=float(config.discount),
+        )
+
+    def _mass(self, belief: GridBelief, hedge: float) -> NDArray[np.float64]:
+        """Return the expected number of targets left by cell of the bordered map."""
+        mass = np.zeros(self._bordered)
+        for i, table in enumerate(belief.flat):
+            if not belief.robot.found >> i & 1:
+                mass[self._inner] += sharpened(table, hedge).reshape(self._space.shape)
+        return mass.ravel()
+
+    def _detected(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
+        """Return how many targets each node of a path is expected to be the first to show."""
+        hit, detected = float(self._space.config.true_positive_rate), np.zeros(len(path))
+        detection_masses(self._map, mass.copy(), hit, self._tree["pose"][path], detected)
+        return detected
+
+    def _hint(self, objective: Objective, pose: int) -> NDArray[np.int64]:
+        """Return the rest of the last plan or, where there is none, the greedy path."""
+        if len(self._plan):
+            return self._plan
+        moves = np.empty(self._depth, dtype=np.int64)
+        n = greedy_path(self._map, objective, pose, self._scouts, moves)
+        return moves[:n]
+
+    def _value(self, objective: Objective, child: Any) -> float:
+        """Return the value of the move to a child, ``r * min(L, 1) + g * (R * D + ahead)``."""
+        parent, collides = self._tree[child["parent"]], self._map.collides
+        stopped = len(collides) > 0 and collides[child["move"], parent["pose"]]
+        reward = objective.collision if stopped else objective.move
+        later = objective.right * child["detected"] + child["ahead"]
+        return float(reward * min(parent["remaining"], 1.0) + objective.discount * later)
+
+    def _best_path(self, last: int, size: int) -> list[int]:
+        """Return the nodes of the path of the highest value, among those followed to the end."""
+        tree = self._tree
+        weight = self._space.config.discount**self._depth
+        scores = tree["past"][last:size] + weight * tree["ahead"][last:size]
+        node, path = last + int(np.argmax(scores)), []
+        while node > 0:
+            path.append(node)
+            node = int(tree[node]["parent"])
+        return path[::-1]
+
+    def _tree_below(
+        self, path: list[int], objective: Objective, believed: NDArray[np.float64], depth: int
+    ) -> dict[str, Any]:
+        """Return the tree below a path as JSON values; a path goes on while nothing is detected."""
+        tree, node = self._tree, self._tree[path[-1] if path else 0]
+        children = [int(child) for child in node["child"] if child >= 0] if depth else []
+        return {
+            "visits": int(node["visits"]),
+            "actions": {
+                self._space.actions[tree[child]["move"]].name: {
+                    "value": self._value(objective, tree[child]),
+                    "visits": int(tree[child]["visits"]),
+                    "expected_seen": float(self._detected(believed, [*path, child])[-1]),
+                    "after": {
+                        "nothing seen": self._tree_below(
+                            [*path, child], objective, believed, depth - 1
+                        )
+                    },
+                }
+                for child in children
+            },
+        }
+
+
+def sharpened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Return a power mixture: a belief, a share of which is replaced by its eighth power.
+
+    Parameters
+    ----------
+    table
+        Belief b over cells, >= 0, summing to one; any shape.
+    share
+        How much is replaced, s in [0, 1]; 0 returns the belief as it is.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(1 - s) * b + s * b ** 8 / sum(b ** 8)``, summing to one, shape as `table`. A uniform
+        belief is left as it is, and no two cells change their order.
+
+    Notes
+    -----
+    Not in the paper. A path that takes a belief at its word looks at the slopes on its way to the
+    peak; where targets lie nearer to the peaks than the belief says, that is a loss.
+    """
+    if share == 0.0:
+        return table
+    sharper = table / table.max()
+    for _ in range(_SQUARINGS):
+        sharper *= sharper
+    mixed: NDArray[np.float64] = (1.0 - share) * table + (share / sharper.sum()) * sharper
+    return mixed
