@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from sloop_ppl.planning.compile import inlined
 from sloop_ppl.planning.native_data import search_data
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.pose_tables import next_poses
-from sloop_ppl.planning.sensing import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["Ground", "Worth", "after_move", "cost", "ground_of", "mass_in_view", "reach_of"]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.pose_tables import next_poses
-from sloop_ppl.planning.sensing import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["hindsight_bounds", "known_worth"]

@@ -17,7 +17,7 @@ from sloop_ppl.planning.ground import Worth, ground_of, reach_of
 from sloop_ppl.planning.hedge import hedged
 from sloop_ppl.planning.outlook import believe, outlook_of
 from sloop_ppl.planning.paths import Candidates, explore, worth_of_move
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.sightings import sightings
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.trail import PathTree, Trail

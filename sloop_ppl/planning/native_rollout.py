@@ -17,7 +17,7 @@ from sloop_ppl.planning.native_rules import (
     State,
     find,
 )
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 
 __all__ = ["rollout"]
 

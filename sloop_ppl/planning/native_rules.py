@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sloop_ppl.planning.compile import inlined, jit
 from sloop_ppl.planning.native import uniform
 from sloop_ppl.planning.native_data import SearchData
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 
 __all__ = ["SearchBelief", "draw", "find", "in_view", "legal", "policy", "step"]
 

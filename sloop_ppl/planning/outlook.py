@@ -18,7 +18,7 @@ from sloop_ppl.planning.compile import inlined, jit
 from sloop_ppl.planning.detours import detour_worths
 from sloop_ppl.planning.ground import reach_of
 from sloop_ppl.planning.hindsight import hindsight_bounds
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["Outlook", "believe", "block_worth", "outlook_from", "outlook_of"]
