@@ -54,6 +54,7 @@ $(STAMP): pyproject.toml
 	$(BIN)/python -m pip install --upgrade pip
 	$(BIN)/python -m pip install $(TORCH_PIP_OPTIONS) "$(TORCH)"
 	$(BIN)/python -m pip install --editable ".[dev]"
+	-$(BIN)/sloop warmup
 	touch $@
 
 clean:

@@ -26,6 +26,7 @@ import numpy as np
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning import (
     GridBelief,
+    NativePouct,
     SearchConfig,
     SearchObservation,
     SearchObservationModel,
@@ -37,7 +38,6 @@ from sloop_ppl.planning import (
     run_search,
 )
 from sloop_ppl.planning._pomdp import POUCT, Agent
-from sloop_ppl.planning.native_pouct import NativePouct
 from sloop_ppl.planning._search_kernel import NativeSearch
 
 SIDE, LARGE = 41, 401

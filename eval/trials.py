@@ -15,7 +15,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning import SearchConfig
-from sloop_ppl.planning.names import NOT_SIMULATING, check_planner
+from sloop_ppl.planning.planners import NOT_SIMULATING, planner_of
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ class Searching:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_planner(self.planner)
+        planner_of(self.planner)
         if self.seed < 0:
             raise InputError(f"The seed is {self.seed}; expected 0 or more")
         self.config(max(3.0, SearchConfig.sensor_min_range_cells))

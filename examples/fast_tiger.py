@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sloop_ppl.planning.fast import NativePouct
-from sloop_ppl.planning.native import NativeFunctions, register_native, uniform
+from sloop_ppl.planning import NativeFunctions, NativePouct, register_native, uniform
 
 LISTEN, OPEN_LEFT, OPEN_RIGHT = range(3)
 

@@ -10,7 +10,7 @@ import argparse
 import gymnasium
 import numpy as np
 
-from sloop_ppl.planning import GreedyPlanner
+from sloop_ppl.planning import make_planner
 from sloop_ppl.planning.gym_register import ENVIRONMENT, register
 
 
@@ -49,7 +49,8 @@ def main():
     episodes = parser.parse_args().episodes
     register()
     env = gymnasium.make(ENVIRONMENT).unwrapped
-    greedy, agent = GreedyPlanner(env.space), HistoryAgent(env)
+    greedy = make_planner("greedy", env.space, rng=np.random.default_rng(0))
+    agent = HistoryAgent(env)
     rng = np.random.default_rng(0)
 
     def greedily(info):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,8 +22,9 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.user_file import described, line_of
 
-__all__ = ["GuardedLikelihood", "described", "guarded", "line_of", "trusted"]
+__all__ = ["GuardedLikelihood", "guarded", "trusted"]
 
 
 @dataclass(frozen=True)
@@ -140,18 +140,3 @@ def guarded(
     if isinstance(likelihood, ClosedFormMarginal):
         return GuardedMarginal(likelihood, name, path, spec)
     return GuardedLikelihood(likelihood, name, path, spec)
-
-
-def line_of(error: BaseException, path: Path) -> int | None:
-    """Return the last line of a file that an error passed through; None if it did not."""
-    if isinstance(error, SyntaxError):
-        return error.lineno
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [f.lineno for f in frames if Path(f.filename).resolve() == path.resolve()]
-    return own[-1] if own else None
-
-
-def described(error: BaseException) -> str:
-    """Return an error's type and message on one line."""
-    message = error.msg if isinstance(error, SyntaxError) else str(error)
-    return " ".join(f"{type(error).__name__}: {message}".split()).removesuffix(":")

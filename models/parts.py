@@ -20,8 +20,9 @@ from sloop_ppl.models.likelihoods import (
 )
 from sloop_ppl.models.presets import PRESETS, Preset, preset
 from sloop_ppl.models.tuning import with_parameters
-from sloop_ppl.models.user import is_user_model, load_model
+from sloop_ppl.models.user import load_model
 from sloop_ppl.registry import Registry
+from sloop_ppl.user_file import is_user_file
 
 __all__ = ["model_from_parts", "parts_of"]
 
@@ -134,7 +135,7 @@ def _likelihood_parts(model: Preset) -> dict[str, Any]:
 
 def _likelihood(name: str) -> RelationLikelihood:
     """Return a registered likelihood, or that of a user's file."""
-    return load_model(name).likelihood if is_user_model(name) else LIKELIHOODS[name]
+    return load_model(name).likelihood if is_user_file(name) else LIKELIHOODS[name]
 
 
 def _frame_parts(model: Preset) -> dict[str, Any]:

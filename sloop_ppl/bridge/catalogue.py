@@ -44,7 +44,7 @@ CATALOGUE.add(
 CATALOGUE.add(
     "planners",
     Listed(
-        ("sloop_ppl.planning.planners", "PLANNERS"), ("sloop_ppl.planning.names", "PLANNER_NAMES")
+        ("sloop_ppl.planning.planners", "PLANNERS"), ("sloop_ppl.planning.planners", "PLANNERS")
     ),
 )
 CATALOGUE.add(

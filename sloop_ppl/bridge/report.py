@@ -80,16 +80,25 @@ def belief_report(posterior: Posterior) -> dict[str, Any]:
     }
 
 
+def _reported(report: Any) -> str:
+    """Return where a target was seen, or what a sensor that sees no mask reported of it."""
+    if isinstance(report, tuple) and len(report) == 2:
+        return f"at ({report[0]:g}, {report[1]:g})"
+    return f"reported as {report!r}"
+
+
 def step_line(step: Step) -> str:
     """Return one line on a step: what was done, what was seen, what it earned."""
-    x, y, heading = step.pose
-    seen = [f"{name} at ({at[0]:g}, {at[1]:g})" for name, at in step.observation.items() if at]
+    seen = [f"{name} {_reported(at)}" for name, at in step.observation.items() if at is not None]
     told = f"saw {', '.join(seen) or 'nothing'}"
+    if step.collision:
+        told = f"collided; {told}"
     if step.action.startswith("find"):
         told = "right" if step.reward > 0 else "wrong"
     found = f", found so far: {', '.join(step.found_targets)}" if step.found_targets else ""
     return (
-        f"{step.index + 1:3d}  {step.action:<8} at ({x:6.1f}, {y:6.1f}) facing {heading:3.0f}°  "
+        f"{step.index + 1:3d}  {step.action:<8} at ({step.pose.x_m:6.1f}, {step.pose.y_m:6.1f}) "
+        f"facing {step.pose.heading_deg:3.0f}°  "
         f"{step.reward:+6.0f}  {told}{found}"
     )
 

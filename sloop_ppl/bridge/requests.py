@@ -22,7 +22,8 @@ from sloop_ppl.models import (
 )
 from sloop_ppl.models.frames import frame_predictor
 from sloop_ppl.models.tuning import load_parameters, with_parameters
-from sloop_ppl.models.user import is_user_model, load_model
+from sloop_ppl.models.user import load_model
+from sloop_ppl.user_file import is_user_file
 
 __all__ = ["model_of", "posterior_of", "saved_posterior"]
 
@@ -48,9 +49,9 @@ def model_of(
     InputError : when the model's frame prior takes no predictor, or a file is not what it should
         be.
     """
-    if is_user_model(name) and variant != "published":
+    if is_user_file(name) and variant != "published":
         raise InputError(f"Model '{name}' has no variant '{variant}'; leave --variant out")
-    model = load_model(name) if is_user_model(name) else preset(name, variant)
+    model = load_model(name) if is_user_file(name) else preset(name, variant)
     if params is not None:
         model = with_parameters(model, load_parameters(params))
     if frames is None:

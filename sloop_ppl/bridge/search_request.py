@@ -25,7 +25,7 @@ from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
 from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
 from sloop_ppl.planning.episode import Step
-from sloop_ppl.planning.names import check_planner
+from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.plots import check_figure_path
 from sloop_ppl.rng import child
 
@@ -49,11 +49,12 @@ class SearchRequest:
     prior: str | None = None
     posterior: Path | None = None
     said: tuple[str, ...] = ()
-    planner: str = "pouct"
+    planner: str = "fast"
+    sensor: str | None = None
     sensor_range_cells: float = 3
     fov_deg: float = 90
     sims: int = 1000
-    max_steps: int = 200
+    max_steps: int | None = None
     rollout: str | None = None
     find_each: bool = False
     one_at_a_time: bool = False
@@ -98,7 +99,7 @@ def run_request(
     """
     places, start = read_places(request.places), read_start(request.start)
     said = read_said(request.said)
-    check_planner(request.planner)
+    planner = planner_of(request.planner)
     config = _config(request)
     _check_outputs(request)
     posterior = _posterior(request, places)
@@ -123,13 +124,15 @@ def run_request(
             posterior,
             posterior.city,
             places,
-            planner=request.planner,
+            planner=planner,
+            sensor=request.sensor,
             sims=request.sims,
             sensor_range_cells=request.sensor_range_cells,
             start=start,
             rng=np.random.default_rng(request.seed),
             config=config,
             on_step=on_step,
+            notify=tell,
             keep_beliefs=request.animation is not None,
             said=said,
             one_at_a_time=request.one_at_a_time,

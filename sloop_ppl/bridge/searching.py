@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sloop_ppl.bridge.listening import Listener
 from sloop_ppl.bridge.spoken import descriptions_of
-from sloop_ppl.bridge.told import ToldEpisode, after, joined, last_pose
+from sloop_ppl.bridge.told import SearchSetup, ToldEpisode, after, joined
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.planning import SearchConfig, SearchInterrupted, run_search
-from sloop_ppl.planning.names import check_planner
+from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
-    from sloop_ppl.planning import Episode, Step
+    from sloop_ppl.planning import Environment, Episode, Motion, Sensor, Step
 
 __all__ = ["check_map", "imagined_places", "search", "search_legs"]
 
@@ -32,14 +32,18 @@ def search(
     posterior: Posterior,
     city: CityMap,
     places: Places | None = None,
-    planner: str = "pouct",
+    planner: str | Any = "fast",
     sims: int = 1000,
     sensor_range_cells: float = 3,
     start: tuple[float, ...] | None = None,
     *,
     rng: np.random.Generator,
     config: SearchConfig | None = None,
+    sensor: Sensor | str | None = None,
+    motion: Motion | None = None,
+    environment: Environment | None = None,
     on_step: Callable[[Step], None] | None = None,
+    notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
     said: Mapping[int, str | Description] | None = None,
     one_at_a_time: bool = False,
@@ -53,13 +57,20 @@ def search(
     city : the map the posterior was made on.
     places : true place of each target, x and y in metres. One that is not given is drawn from
         the posterior (after all in `said`) and named in `Episode.imagined`.
-    planner : name of a planner; see `sloop list planners`.
+    planner : name of a planner, see `sloop list planners`; or a planner, such as
+        ``sloop_ppl.planning.Pouct(sims=500)`` or any object with a method ``plan``.
     sims : simulations per step, > 0.
     sensor_range_cells : how far the sensor sees, cells, >= 1.
     start : x and y in metres and, if given, heading in degrees; drawn when None.
     rng : where start, imagined places, environment and planner draw from.
     config : the other settings; `sims` and `sensor_range_cells` take the place of its own.
+    sensor, motion : what the robot senses and how moves change its pose; those of the settings
+        when None. See `sloop_ppl.planning.run_search`.
+    environment : where the search takes place, such as a simulator, which knows the true places;
+        a simulated grid when None.
     on_step : called with every step when it is done.
+    notify : called with each line that is to be said before the first step: what the size of the
+        map sets, belief that is out of reach, that machine code is compiled.
     keep_beliefs : keep the beliefs after every step in the episode.
     said : steps taken -> what is said then, 0 before the first; a text is read in the light of
         what was said before it.
@@ -80,13 +91,15 @@ def search(
     NoRelationFound : when something that is said speaks of no target.
     SearchInterrupted : on Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
     """
-    check_planner(planner)
+    chosen = planner_of(planner)
     check_map(posterior, city)
     spoken = descriptions_of(posterior, said or {})
     informed = posterior
     for step, description in spoken.items():
         informed = informed.update(description, rng=child(rng, "said", step))
-    imagined = imagined_places(informed, places or {}, rng=rng, targets=posterior.targets)
+    imagined: dict[str, tuple[float, float]] = {}
+    if environment is None:
+        imagined = imagined_places(informed, places or {}, rng=rng, targets=posterior.targets)
     settings = replace(
         config or SearchConfig(), sims=sims, sensor_range_cells=float(sensor_range_cells)
     )
@@ -96,11 +109,12 @@ def search(
             posterior,
             {**(places or {}), **imagined},
             tuple((t,) for t in targets) if one_at_a_time else (targets,),
-            planner=planner,
+            setup=SearchSetup(chosen, sensor, motion, environment),
             config=settings,
             start=start,
             rng=rng,
             on_step=on_step,
+            notify=notify,
             keep_beliefs=keep_beliefs,
             said=spoken,
         )
@@ -115,11 +129,12 @@ def search_legs(
     places: Places,
     legs: Sequence[tuple[str, ...]],
     *,
-    planner: str,
+    setup: SearchSetup,
     config: SearchConfig,
     start: tuple[float, ...] | None,
     rng: np.random.Generator,
     on_step: Callable[[Step], None] | None = None,
+    notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
     said: Mapping[int, Description] = MappingProxyType({}),
 ) -> ToldEpisode:
@@ -128,6 +143,7 @@ def search_legs(
     Parameters
     ----------
     legs : the targets of each group.
+    setup : the planner, and what is not of the settings.
     """
     listener = Listener(posterior, said, recovery_weight=config.recovery_weight, rng=rng)
     if 0 in said:
@@ -158,6 +174,7 @@ def search_legs(
             return replace(
                 new,
                 posterior=listener.posterior,
+                setup=setup,
                 said=MappingProxyType({k: v for k, v in said.items() if k not in listener.unheard}),
                 unheard=listener.unheard,
             )
@@ -167,11 +184,15 @@ def search_legs(
                 {t: beliefs[t] for t in leg},
                 posterior.city,
                 {t: places[t] for t in leg if t in places},
-                planner=planner,
+                planner=setup.planner,
+                sensor=setup.sensor,
+                motion=setup.motion,
+                environment=setup.environment,
                 config=config,
-                start=start if whole is None else last_pose(whole, posterior),
+                start=start if whole is None or setup.environment else whole.poses[-1],
                 rng=rng if number == 0 else child(rng, "leg", number),
                 on_step=told,
+                notify=notify,
                 on_observation=listener.observe,
                 keep_beliefs=keep_beliefs,
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,27 @@ from sloop_ppl.planning.episode import Episode
 if TYPE_CHECKING:
     from sloop_ppl.planning import Step
 
-__all__ = ["ToldEpisode", "after", "joined", "last_pose"]
+__all__ = ["SearchSetup", "ToldEpisode", "after", "joined"]
 
 Table = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SearchSetup:
+    """What a search runs with beside its settings; see `sloop_ppl.planning.run_search`.
+
+    Parameters
+    ----------
+    planner
+        A planner or its name.
+    sensor, motion, environment
+        Those that are not the settings' own.
+    """
+
+    planner: Any
+    sensor: Any = None
+    motion: Any = None
+    environment: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +51,13 @@ class ToldEpisode(Episode):
     posterior : the joint posterior after all that was seen and said.
     said : steps taken -> what was said then.
     unheard : steps of which the words were never said, for the search had ended.
+    setup : planner, sensor, motion and environment, by which `go_on` goes on.
     """
 
     posterior: Posterior | None = None
     said: Mapping[int, Description] = field(default_factory=lambda: MappingProxyType({}))
     unheard: tuple[int, ...] = ()
+    setup: SearchSetup | None = field(default=None, repr=False)
 
     def tell(
         self, description: Description | str, rng: np.random.Generator | None = None
@@ -79,7 +99,7 @@ class ToldEpisode(Episode):
         """
         from sloop_ppl.bridge.searching import search_legs
 
-        left = tuple(t for t in self.places if t not in self.found_targets)
+        left = tuple(t for t in self.targets or self.places if t not in self.found_targets)
         if not left:
             return self
         config = self.config
@@ -87,9 +107,9 @@ class ToldEpisode(Episode):
             self._posterior(),
             self.places,
             (left,),
-            planner=self.planner,
+            setup=self.setup or SearchSetup(self.planner),
             config=config if max_steps is None else replace(config, max_steps=max_steps),
-            start=last_pose(self, self._posterior()),
+            start=None if self.setup and self.setup.environment else self.poses[-1],
             rng=rng,
             keep_beliefs=bool(self.beliefs),
         )
@@ -98,33 +118,28 @@ class ToldEpisode(Episode):
 
     def _posterior(self) -> Posterior:
         if self.posterior is None:
-            raise InputError("This episode keeps no posterior; search with sloop_ppl.planning")
+            raise InputError("This episode keeps no posterior; search with sloop_ppl.search")
         return self.posterior
-
-
-def last_pose(episode: Episode, posterior: Posterior) -> tuple[float, float, float]:
-    """Return where a search ended, within the map (cells on its borders may overhang)."""
-    x, y, heading = episode.poses[-1]
-    grid = posterior.city.grid
-    inside_x = min(max(x, grid.west_m), grid.east_m)
-    return inside_x, min(max(y, grid.south_m), grid.north_m), heading
 
 
 def joined(first: ToldEpisode, second: ToldEpisode) -> ToldEpisode:
     """Return two searches, the second of which began where the first ended, as one."""
     places = {**first.places, **{t: p for t, p in second.places.items() if t not in first.places}}
+    targets = (*first.targets, *(t for t in second.targets if t not in first.targets))
     found = {*first.found_targets, *second.found_targets}
     return replace(
         second,
         places=MappingProxyType(places),
+        targets=targets,
+        notes=(*first.notes, *(n for n in second.notes if n not in first.notes)),
         poses=first.poses + second.poses[1:],
         actions=first.actions + second.actions,
         observations=tuple(
-            MappingProxyType({t: seen.get(t) for t in places})
+            MappingProxyType({t: seen.get(t) for t in targets})
             for seen in (*first.observations, *second.observations)
         ),
         rewards=first.rewards + second.rewards,
-        found_targets=tuple(t for t in places if t in found),
+        found_targets=tuple(t for t in targets if t in found),
         views=np.concatenate([first.views, second.views[1:]]),
         info=first.info + second.info,
         beliefs=first.beliefs + second.beliefs[1:],

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.outputs import check_output, written_whole
-from sloop_ppl.planning.names import NOT_SIMULATING
+from sloop_ppl.planning.planners import NOT_SIMULATING
 
 if TYPE_CHECKING:
     from sloop_ppl.planning import Step

@@ -24,6 +24,7 @@ from sloop_ppl.cli import (
     language,
     maps,
     search,
+    warmup,
 )
 from sloop_ppl.errors import SloopError
 
@@ -66,6 +67,7 @@ evaluation.app.command("fit")(fitting.fit)
 app.add_typer(evaluation.app, name="eval")
 app.command("list")(catalogue.list_names)
 app.command("demo")(demo.demo)
+app.command("warmup")(warmup.warmup)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

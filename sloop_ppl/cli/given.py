@@ -19,7 +19,7 @@ def as_typed(name: str) -> str:
 
 def unused_options(context: typer.Context, planner: str) -> list[str]:
     """Return a line for each option that was typed although the planner does not use it."""
-    from sloop_ppl.planning.names import NOT_SIMULATING
+    from sloop_ppl.planning.planners import NOT_SIMULATING
 
     if planner not in NOT_SIMULATING:
         return []

@@ -45,11 +45,25 @@ def search(
         list[str] | None,
         typer.Option(help="STEP=TEXT: what is said once so many steps are taken; may be repeated."),
     ] = None,
-    planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "pouct",
+    planner: Annotated[
+        str, typer.Option(help="Planner, see `sloop list planners`; or FILE.py:NAME.")
+    ] = "fast",
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="A sensor of your own, FILE.py:NAME, in place of the fan.", show_default=False
+        ),
+    ] = None,
     range_: Annotated[float, typer.Option("--range", help="How far the sensor sees, cells.")] = 3,
     fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
     sims: Annotated[int, typer.Option(help="Simulations per step.")] = 1000,
-    steps: Annotated[int, typer.Option(help="Steps after which the search ends.")] = 200,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            help="Steps after which the search ends; else 200, more on a larger map.",
+            show_default=False,
+        ),
+    ] = None,
     rollout: Annotated[
         str | None,
         typer.Option(
@@ -104,7 +118,7 @@ def search(
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, posterior=posterior, said=tuple(say or ()), planner=planner,
+        prior=prior, posterior=posterior, said=tuple(say or ()), planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,

@@ -156,9 +156,44 @@ class Grid:
         row_from_north = int((self.north_m - y_m) / self.cell_m + _SLACK)
         return self.n_rows - 1 - row_from_north, col
 
+    def cell_covering(self, x_m: float, y_m: float) -> tuple[int, int]:
+        """Return ``(row, col)`` of the cell that covers a point, which may lie on the overhang.
+
+        Raises
+        ------
+        OutsideMap : when no cell covers the point.
+        """
+        col = math.floor((x_m - self.west_m) / self.cell_m + _SLACK)
+        row = self.n_rows - 1 - math.floor((self.north_m - y_m) / self.cell_m + _SLACK)
+        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
+            west, south, east, north = self.cells_extent_m
+            raise OutsideMap(
+                f"Place ({x_m:g}, {y_m:g}) is off the map; expected x in [{west:g}, {east:g}) and "
+                f"y in ({south:g}, {north:g}], metres"
+            )
+        return row, col
+
     def centre_of(self, row: int, col: int) -> tuple[float, float]:
-        """Return ``(x, y)`` of a cell's centre, metres; a centre may lie on the overhang."""
+        """Return ``(x, y)`` of a cell's centre, metres; a centre may lie on the overhang.
+
+        Raises
+        ------
+        OutsideMap : when there is no such cell.
+        """
+        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
+            raise OutsideMap(
+                f"Cell ({row}, {col}) is outside the grid; expected a row in [0, {self.n_rows}) "
+                f"and a column in [0, {self.n_cols})"
+            )
         return float(self.x_m[col]), float(self.y_m[row])
+
+    def place_in(self, row: int, col: int) -> tuple[float, float]:
+        """Return ``(x, y)`` of a place in a cell that lies inside the extent, metres.
+
+        It is the cell's centre, or the nearest place to it where that lies on the overhang.
+        """
+        x, y = self.centre_of(row, col)
+        return min(x, self.east_m), max(y, self.south_m)
 
     def row_from_north(self, row: int) -> int:
         """Return the row as raster files and the published data count it."""

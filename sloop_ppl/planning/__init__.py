@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING
 
 from sloop_ppl._rooms import load_later
 from sloop_ppl.planning.config import ROLLOUTS, SearchConfig
-from sloop_ppl.planning.names import list_planners
 
 if TYPE_CHECKING:
+    from sloop_ppl.planning._compile import notify_compiling
+    from sloop_ppl.planning._warm_up import warm_up
     from sloop_ppl.planning.belief import GridBelief
+    from sloop_ppl.planning.environment import Environment, GridEnvironment, Outcome, Report
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
+    from sloop_ppl.planning.fast import Fast
     from sloop_ppl.planning.files import read_episode, write_episode
-    from sloop_ppl.planning.greedy import GreedyPlanner
+    from sloop_ppl.planning.greedy import Greedy
     from sloop_ppl.planning.loop import run_search
     from sloop_ppl.planning.models import (
         PublishedRollout,
@@ -27,9 +30,28 @@ if TYPE_CHECKING:
         SearchRewardModel,
         SearchTransitionModel,
     )
-    from sloop_ppl.planning.planners import PLANNERS, SearchPlanner, make_planner
-    from sloop_ppl.planning.sensing import fan_offsets
+    from sloop_ppl.planning.motion import ExactMotion, FiniteMotion, Motion, SlippingMotion
+    from sloop_ppl.planning.native_pouct import (
+        NativeFunctions,
+        NativeModel,
+        NativePouct,
+        register_native,
+        uniform,
+    )
+    from sloop_ppl.planning.path_search import PathSearch
+    from sloop_ppl.planning.planners import (
+        PLANNERS,
+        RunningPlanner,
+        SearchPlanner,
+        list_planners,
+        make_planner,
+        planner_of,
+    )
+    from sloop_ppl.planning.pose import Pose
+    from sloop_ppl.planning.sensors import FanSensor, MaskSensor, Sensor, fan_offsets
     from sloop_ppl.planning.space import SearchSpace
+    from sloop_ppl.planning.tree_search import Pomcp, Pouct
+    from sloop_ppl.planning.uninformed import Random
     from sloop_ppl.planning.values import (
         RobotState,
         SearchAction,
@@ -41,13 +63,32 @@ if TYPE_CHECKING:
 __all__ = [
     "PLANNERS",
     "ROLLOUTS",
+    "Environment",
     "Episode",
-    "GreedyPlanner",
+    "ExactMotion",
+    "FanSensor",
+    "Fast",
+    "FiniteMotion",
+    "Greedy",
     "GridBelief",
+    "GridEnvironment",
+    "MaskSensor",
+    "Motion",
+    "NativeFunctions",
+    "NativeModel",
+    "NativePouct",
+    "Outcome",
+    "PathSearch",
     "PlanInfo",
+    "Pomcp",
+    "Pose",
+    "Pouct",
     "PublishedRollout",
+    "Random",
     "RandomRollout",
+    "Report",
     "RobotState",
+    "RunningPlanner",
     "SearchAction",
     "SearchConfig",
     "SearchInterrupted",
@@ -59,21 +100,32 @@ __all__ = [
     "SearchSpace",
     "SearchState",
     "SearchTransitionModel",
+    "Sensor",
+    "SlippingMotion",
     "Step",
     "TargetState",
     "fan_offsets",
     "list_planners",
     "make_planner",
+    "notify_compiling",
+    "planner_of",
     "read_episode",
+    "register_native",
     "run_search",
+    "uniform",
+    "warm_up",
     "write_episode",
 ]
 
 _HOMES = {
+    "_compile": ("notify_compiling",),
+    "_warm_up": ("warm_up",),
     "belief": ("GridBelief",),
+    "environment": ("Environment", "GridEnvironment", "Outcome", "Report"),
     "episode": ("Episode", "PlanInfo", "SearchInterrupted", "Step"),
+    "fast": ("Fast",),
     "files": ("read_episode", "write_episode"),
-    "greedy": ("GreedyPlanner",),
+    "greedy": ("Greedy",),
     "loop": ("run_search",),
     "models": (
         "PublishedRollout",
@@ -83,9 +135,28 @@ _HOMES = {
         "SearchRewardModel",
         "SearchTransitionModel",
     ),
-    "planners": ("PLANNERS", "SearchPlanner", "make_planner"),
-    "sensing": ("fan_offsets",),
+    "motion": ("ExactMotion", "FiniteMotion", "Motion", "SlippingMotion"),
+    "native_pouct": (
+        "NativeFunctions",
+        "NativeModel",
+        "NativePouct",
+        "register_native",
+        "uniform",
+    ),
+    "path_search": ("PathSearch",),
+    "planners": (
+        "PLANNERS",
+        "RunningPlanner",
+        "SearchPlanner",
+        "list_planners",
+        "make_planner",
+        "planner_of",
+    ),
+    "pose": ("Pose",),
+    "sensors": ("FanSensor", "MaskSensor", "Sensor", "fan_offsets"),
     "space": ("SearchSpace",),
+    "tree_search": ("Pomcp", "Pouct"),
+    "uninformed": ("Random",),
     "values": ("RobotState", "SearchAction", "SearchObservation", "SearchState", "TargetState"),
 }
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning._search_tables import move_outcomes, next_poses
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning._search_tables import next_poses
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["Origins", "Rewards", "clairvoyant_bounds", "known_value", "origins_of", "rewards_of"]
@@ -72,8 +72,7 @@ def clairvoyant_bounds(space: SearchSpace) -> NDArray[np.float32]:
         By heading, rows north (from 1 - H) and columns east (from 1 - W), shape
         (8, 2 H - 1, 2 W - 1).
     """
-    offsets, _ = move_outcomes(space)
-    moves = np.ascontiguousarray(offsets[:, :, 0]).tobytes()
+    moves = np.ascontiguousarray(space.move_table.offsets[:, :, 0]).tobytes()
     return _bounds((space.n_rows, space.n_cols), moves, space.fans, rewards_of(space))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._search_tables import move_outcomes, next_poses, search_data
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning._search_tables import next_poses, search_data
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = [
@@ -106,7 +106,7 @@ def path_map_of(space: SearchSpace) -> PathMap:
     )
     blocked = np.ascontiguousarray(data.blocked[:, 0]) if len(data.blocked) else None
     return PathMap(
-        next_pose=next_poses(space.shape, move_outcomes(space)[0][:, :, 0], blocked),
+        next_pose=next_poses(space.shape, space.move_table.offsets[:, :, 0], blocked),
         collides=np.zeros((0, 0), dtype=bool) if blocked is None else blocked,
         cell=((row + reach) * width + col + reach).astype(np.int32),
         fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),

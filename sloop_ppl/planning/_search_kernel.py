@@ -21,7 +21,7 @@ from sloop_ppl.planning._native import (
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning._search_tables import SearchData, search_data
 from sloop_ppl.planning.belief import GridBelief
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchObservation
 
@@ -344,4 +344,6 @@ class NativeSearch:
         key = observation.found
         for at in observation.seen:
             key = (key * _MIX + at + 2) & 0xFFFFFFFFFFFFFFFF
+        if observation.pose >= 0:
+            key = (key * _MIX + observation.pose + 2) & 0xFFFFFFFFFFFFFFFF
         return key - (1 << 64) if key >> 63 else key

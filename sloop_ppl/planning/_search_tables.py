@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
+from sloop_ppl.planning.sensors import MaskSensor
 from sloop_ppl.planning.space import SearchSpace
 
-__all__ = ["SearchData", "move_outcomes", "next_poses", "search_data"]
+__all__ = ["SearchData", "blocked_moves", "hidden_cells", "next_poses", "search_data"]
 
 
 class SearchData(NamedTuple):
@@ -89,7 +90,10 @@ class SearchData(NamedTuple):
 def search_data(space: SearchSpace) -> SearchData:
     """Return a search space as arrays."""
     config = space.config
-    offsets, chance = move_outcomes(space)
+    offsets, chance = space.move_table.offsets, space.move_table.chance
+    sensor = space.sensor
+    if not isinstance(sensor, MaskSensor):
+        raise TypeError(f"sensor {type(sensor).__name__} sees no mask")
     most = max(len(fan) for fan in space.fans)
     reach = max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
     fan = np.zeros((HEADINGS, 2 * reach + 1, 2 * reach + 1), dtype=np.int32)
@@ -111,34 +115,25 @@ def search_data(space: SearchSpace) -> SearchData:
         n_outcomes=offsets.shape[2],
         offsets=offsets.reshape(-1, 3),
         chance=chance.ravel(),
-        blocked=_blocked(space, offsets),
+        blocked=blocked_moves(space),
         fan=fan,
         fans=fans,
         fan_sizes=np.array([len(f) for f in space.fans], dtype=np.int64),
-        hidden=_hidden(space),
+        hidden=hidden_cells(space),
         aim=_aim(offsets),
         move=float(config.move_reward),
         right=float(config.right_find_reward),
         wrong=float(config.wrong_find_reward),
         collision=float(config.collision_reward),
-        hit=float(config.true_positive_rate),
-        false=float(config.false_positive_rate),
-        sigma=float(config.position_noise_cells),
+        hit=float(sensor.true_positive_rate),
+        false=float(sensor.false_positive_rate),
+        sigma=float(sensor.position_noise_cells),
         published=int(config.rollout != "random"),
         steps=np.ascontiguousarray(offsets[0, :, 0, :2]),
         plain=int(offsets.shape[2] == 1 and still and even),
         left_turn=int(turns[0, 0]),
         right_turn=int(turns[1, 0]),
     )
-
-
-def move_outcomes(space: SearchSpace) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the offsets of each move's outcomes, shape (A, 8, O, 3), and their chances."""
-    offsets = np.zeros((3, HEADINGS, 1, 3), dtype=np.int64)
-    offsets[0, :, 0, :2] = space.steps
-    turn = space.config.turn_deg // 45
-    offsets[1, :, 0, 2], offsets[2, :, 0, 2] = turn, HEADINGS - turn
-    return offsets, np.ones((3, HEADINGS, 1))
 
 
 def next_poses(
@@ -181,9 +176,9 @@ def _aim(offsets: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.ascontiguousarray(sign * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
 
 
-def _hidden(space: SearchSpace) -> NDArray[np.bool_]:
+def hidden_cells(space: SearchSpace) -> NDArray[np.bool_]:
     """Return which places of the fan are not in view from a pose, shape (P, K) or (0, 0)."""
-    if not (space.config.occlusion and space.tall.any()):
+    if not space.hides:
         return np.zeros((0, 0), dtype=bool)
     most = max(len(fan) for fan in space.fans)
     hidden = np.zeros((space.n_cells * HEADINGS, most), dtype=bool)
@@ -195,11 +190,15 @@ def _hidden(space: SearchSpace) -> NDArray[np.bool_]:
     return hidden
 
 
-def _blocked(space: SearchSpace, offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
+def blocked_moves(space: SearchSpace) -> NDArray[np.bool_]:
     """Return which outcomes of moves hit a no-fly building, shape (A, O, P) or (0, 0, 0)."""
     if not space.no_fly:
         return np.zeros((0, 0, 0), dtype=bool)
-    n_poses = space.n_cells * HEADINGS
-    blocked = np.zeros((3, offsets.shape[2], n_poses), dtype=bool)
-    blocked[0, 0] = [space.collides(pose) for pose in range(n_poses)]
+    offsets, n_poses = space.move_table.offsets, space.n_cells * HEADINGS
+    blocked = np.zeros((len(offsets), offsets.shape[2], n_poses), dtype=bool)
+    for move, heading, outcome in np.ndindex(*offsets.shape[:3]):
+        rows, cols, _ = offsets[move, heading, outcome].tolist()
+        if rows or cols:
+            for pose in range(heading, n_poses, HEADINGS):
+                blocked[move, outcome, pose] = space.blocks(pose, rows, cols)
     return blocked

@@ -25,7 +25,7 @@ from sloop_ppl.planning._clairvoyant import (
 )
 from sloop_ppl.planning._compile import inlined, int64, jit
 from sloop_ppl.planning._path_map import PathMap, reach_of
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["ValueBound", "bound_from", "set_mass", "target_bound", "value_bound_of"]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError
 from sloop_ppl.planning._pomdp import GenerativeDistribution
-from sloop_ppl.planning.detection import CellLikelihood, Detector
+from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.sensors import CellLikelihood, MaskSensor
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation, SearchState
 
@@ -46,7 +48,6 @@ class GridBelief(GenerativeDistribution):
         self.space, self.robot, self._rng = space, robot, rng
         self._tables = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
         self._initial = self._tables
-        self._detector = Detector(space)
         self._reset()
 
     def _reset(self) -> None:
@@ -57,7 +58,7 @@ class GridBelief(GenerativeDistribution):
         """Return a belief of other tables that are known to be sound, shape (H * W,)."""
         belief = type(self).__new__(type(self))
         belief.space, belief.robot, belief._rng = self.space, robot, self._rng
-        belief._tables, belief._initial, belief._detector = tables, self._initial, self._detector
+        belief._tables, belief._initial = tables, self._initial
         belief._reset()
         return belief
 
@@ -102,22 +103,40 @@ class GridBelief(GenerativeDistribution):
     probability = __getitem__
 
     def updated(
-        self, action: SearchAction, observation: SearchObservation, next_robot: RobotState
+        self,
+        action: SearchAction,
+        observation: SearchObservation,
+        next_robot: RobotState,
+        pose: Pose | None = None,
     ) -> GridBelief:
         """Return the exact posterior after one step.
 
         Parameters
         ----------
-        action, observation : what was done and observed.
-        next_robot : the robot after it.
+        action, observation
+            What was done and observed.
+        next_robot
+            The robot after it.
+        pose
+            Where the sensor was, metres; the middle of the robot's cell when None.
 
         Raises
         ------
-        BeliefCollapse : when the observation is impossible under the belief.
+        BeliefCollapse
+            When the observation is impossible under the belief.
         """
         likelihoods = observation_likelihoods(
-            self._detector, self.robot, action, observation, next_robot
+            self.space, self.robot, action, observation, next_robot, pose
         )
+        return self.conditioned(likelihoods, observation, next_robot)
+
+    def conditioned(
+        self,
+        likelihoods: Sequence[CellLikelihood | None],
+        observation: SearchObservation,
+        next_robot: RobotState,
+    ) -> GridBelief:
+        """Return the posterior given what a step showed of each target; see `updated`."""
         tables = tuple(
             table if seen is None else self._conditioned(i, table, seen, observation)
             for i, (table, seen) in enumerate(zip(self._tables, likelihoods, strict=True))
@@ -142,10 +161,12 @@ class GridBelief(GenerativeDistribution):
         if weight and not new.any():
             new = _product((1 - weight) * table + weight * self._initial[index], seen)
         total = float(new.sum())
-        if not total > 0:
+        if not 0 < total < math.inf:
             name = self.space.target_ids[index]
-            cell = observation.seen[index]
-            what = f"seen at cell {divmod(cell, self.space.n_cols)}" if cell >= 0 else "not seen"
+            report = observation.seen[index]
+            what = "not seen" if report in (-1, None) else f"reported as {report!r}"
+            if self.space.sees_mask and report >= 0:
+                what = f"seen at cell {divmod(report, self.space.n_cols)}"
             remedy = "" if weight else ", or set recovery_weight to mix in the belief of the start"
             raise BeliefCollapse(
                 f"Target '{name}' was {what}, which its belief held impossible; give a belief "
@@ -165,35 +186,60 @@ def _product(table: NDArray[np.float64], seen: CellLikelihood) -> NDArray[np.flo
 
 
 def observation_likelihoods(
-    detector: Detector,
+    space: SearchSpace,
     robot: RobotState,
     action: SearchAction,
     observation: SearchObservation,
     next_robot: RobotState,
+    pose: Pose | None = None,
 ) -> list[CellLikelihood | None]:
-    """Return what a step tells of each target's cell; None where it tells nothing.
+    """Return what a step shows of each target's cell; None where it shows nothing.
 
     Parameters
     ----------
-    detector : the sensor's model.
-    robot, next_robot : the robot before and after the step.
-    action, observation : what was done and observed.
+    space
+        The search space.
+    robot, next_robot
+        The robot before and after the step.
+    action, observation
+        What was done and observed.
+    pose
+        Where the sensor was, metres; the middle of the robot's cell when None.
     """
-    told: list[CellLikelihood | None] = []
+    likelihoods: list[CellLikelihood | None] = []
+    cells = space.view_cells(next_robot.pose)
+    if pose is not None:
+        cells = np.flatnonzero(space.view_mask(pose))
     for i, seen in enumerate(observation.seen):
         bit = 1 << i
-        if action.index < 3:
-            if robot.found & bit:
-                told.append(None)
-            else:
-                told.append(detector.likelihood(next_robot, seen))
-        elif not robot.looked or robot.found & bit or not action.marks & bit:
-            told.append(None)
+        if robot.found & bit:
+            likelihoods.append(None)
+        elif action.index < 3:
+            likelihoods.append(_of_report(space, cells, pose or next_robot.pose, seen))
+        elif not robot.looked or not action.marks & bit:
+            likelihoods.append(None)
         else:
-            cells = np.array(sorted(next_robot.view), dtype=np.intp)
             inside = 1.0 if observation.found & bit else 0.0
-            told.append(CellLikelihood(cells, np.full(len(cells), inside), 1.0 - inside))
-    return told
+            likelihoods.append(CellLikelihood(cells, np.full(len(cells), inside), 1.0 - inside))
+    return likelihoods
+
+
+def _of_report(
+    space: SearchSpace, cells: NDArray[np.intp], pose: Pose | int, seen: Any
+) -> CellLikelihood:
+    """Return the probability of one report by cell."""
+    if isinstance(space.sensor, MaskSensor):
+        return space.sensor.cell_likelihood(cells, seen)
+    where = pose if isinstance(pose, tuple) else space.pose_at(pose)
+    log = np.asarray(space.sensor.log_likelihood(where, seen), dtype=np.float64)
+    if log.shape != space.shape or np.isnan(log).any() or log.max() == math.inf:
+        raise InputError(
+            f"The log_likelihood of sensor {type(space.sensor).__name__} has shape {log.shape}; "
+            f"expected {space.shape}, without NaN or plus infinity"
+        )
+    top = float(log.max())
+    scaled = np.exp(log - top if top > -math.inf else log)  # a factor of no account
+    return CellLikelihood(np.arange(space.n_cells), scaled.reshape(-1), 0.0)
 
 
 def check_table(

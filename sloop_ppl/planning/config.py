@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from numbers import Integral
 
 from sloop_ppl.errors import InputError, UnknownName
@@ -13,8 +13,23 @@ __all__ = ["ROLLOUTS", "SearchConfig"]
 ROLLOUTS = ("published", "random", "informed")
 """Rollout policies of the tree search; ``informed`` is for the planner ``fast`` alone."""
 
+PAPER_SIDE_CELLS = 41
+"""Side of the paper's maps, cells; steps and horizon grow with maps that are larger."""
+
 COUNTS = ("sims", "depth", "step_cells", "max_steps", "max_finds", "tree_depth")
+SLIPS = ("stay_rate", "overshoot_rate", "overturn_rate")
 REWARDS = ("move_reward", "right_find_reward", "wrong_find_reward", "collision_reward")
+
+
+_OF_THE_FAN = (
+    "sensor_range_cells",
+    "sensor_min_range_cells",
+    "fov_deg",
+    "occlusion",
+    "true_positive_rate",
+    "false_positive_rate",
+    "position_noise_cells",
+)
 
 
 @dataclass(frozen=True)
@@ -43,9 +58,13 @@ class SearchConfig:
         impossible under the present one, in [0, 1); with 0 it raises `BeliefCollapse`.
     find_each : one find action per target (the paper's ``Find(i)``) instead of one for all.
     max_finds : finds after which the search ends; the number of targets when None.
-    max_steps : steps after which the search ends.
+    max_steps : steps after which the search ends; None for 200, more on a map of more than 41 cells
+        a side or with shorter steps.
+    stay_rate, overshoot_rate, overturn_rate : probabilities that a move or turn does nothing, that
+        a step goes one cell further, that a turn goes twice as far, in [0, 1).
     sims : simulations per step, > 0.
-    depth : how many steps a simulation looks ahead, > 0.
+    depth : how many steps a simulation looks ahead, > 0; None for 30, more on a larger map, as far
+        as the discount leaves something to be looked for.
     discount : discount factor per step, in (0, 1].
     exploration : weight of the exploration bonus in UCB1, >= 0.
     tree_depth : levels of the search tree that are kept in `PlanInfo`, for those who ask why.
@@ -84,14 +103,17 @@ class SearchConfig:
     recovery_weight: float = 0.0
     find_each: bool = False
     max_finds: int | None = None
-    max_steps: int = 200
+    max_steps: int | None = None
     sims: int = 1000
-    depth: int = 30
+    depth: int | None = None
     discount: float = 0.95
     exploration: float = 1000.0
     tree_depth: int = 0
     rollout: str | None = None
     hedge: float = 0.3
+    stay_rate: float = 0.0
+    overshoot_rate: float = 0.0
+    overturn_rate: float = 0.0
 
     def __post_init__(self) -> None:
         for name in COUNTS:
@@ -116,7 +138,7 @@ class SearchConfig:
         for name in ("true_positive_rate", "hedge"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1]")
-        for name in ("false_positive_rate", "recovery_weight"):
+        for name in ("false_positive_rate", "recovery_weight", *SLIPS):
             if not 0 <= getattr(self, name) < 1:
                 raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1)")
         for name in ("position_noise_cells", "flight_height_m"):
@@ -128,14 +150,87 @@ class SearchConfig:
     def _make_whole(self, name: str) -> None:
         """Turn a count of another type of whole number, such as numpy's, into an int."""
         value, least = getattr(self, name), 0 if name == "tree_depth" else 1
-        if value is None and name == "max_finds":
+        if value is None and name in ("max_finds", "max_steps", "depth"):
             return
         if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
             raise InputError(f"{name} is {value}; expected a whole number of at least {least}")
         object.__setattr__(self, name, int(value))
 
+    def filled_in(self, shape: tuple[int, int]) -> SearchConfig:
+        """Return the settings with steps and horizon for a map of so many cells.
+
+        Parameters
+        ----------
+        shape
+            ``(n_rows, n_cols)`` of the map.
+
+        Notes
+        -----
+        Both grow with the number of steps across the map: 200 and 30 are the paper's, for 41 cells
+        and steps of 3. The horizon ends where ``discount ** depth`` falls below a hundredth.
+        """
+        if self.max_steps is not None and self.depth is not None:
+            return self
+        across = max(shape) / PAPER_SIDE_CELLS * 3 / self.step_cells
+        scale = max(1.0, across) if max(shape) > PAPER_SIDE_CELLS else 1.0
+        most = math.inf if self.discount == 1 else math.log(0.01) / math.log(self.discount)
+        depth = max(30, math.ceil(min(30 * scale, most)))
+        return replace(
+            self,
+            max_steps=self.max_steps or math.ceil(200 * scale),
+            depth=self.depth or depth,
+        )
+
+    def size_notes(self, given: SearchConfig) -> tuple[str, ...]:
+        """Say which steps and horizon the size of the map has set, if not the paper's.
+
+        Parameters
+        ----------
+        given
+            The settings before `filled_in`.
+        """
+        lines = []
+        if given.max_steps is None and self.max_steps != 200:
+            lines.append(f"{self.max_steps} steps at most (max_steps)")
+        if given.depth is None and self.depth != 30:
+            lines.append(f"a horizon of {self.depth} steps (depth)")
+        return (f"set by the size of the map: {', '.join(lines)}",) if lines else ()
+
+    def refuse_sensor_settings(self, sensor: str) -> None:
+        """Refuse settings of the fan where another sensor takes its place.
+
+        Raises
+        ------
+        InputError
+            When one is not at its default; the message names it.
+        """
+        self._refuse(_OF_THE_FAN, "sensor", sensor)
+
+    def refuse_motion_settings(self, motion: str) -> None:
+        """Refuse settings of the moves where another motion takes their place.
+
+        Raises
+        ------
+        InputError
+            When one is not at its default; the message names it.
+        """
+        self._refuse(("step_cells", "turn_deg", *SLIPS), "motion", motion)
+
+    def _refuse(self, names: tuple[str, ...], what: str, kind: str) -> None:
+        defaults = {f.name: f.default for f in fields(self)}
+        for name in names:
+            if getattr(self, name) != defaults[name]:
+                raise InputError(
+                    f"{name} is {getattr(self, name)}, but the {what} is a {kind}, which has its "
+                    f"own; leave {name} out, or the {what}"
+                )
+
     @property
-    def noisy(self) -> bool:
-        """Whether the sensor errs."""
-        exact = self.true_positive_rate == 1 and self.position_noise_cells == 0
-        return not exact or self.false_positive_rate > 0
+    def horizon(self) -> int:
+        """How many steps are looked ahead; 30 where the map has not filled it in."""
+        return self.depth or 30
+
+    @property
+    def step_limit(self) -> int:
+        """After how many steps a search ends; 200 where the map has not filled it in."""
+        return self.max_steps or 200

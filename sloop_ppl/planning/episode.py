@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.planning.pose import Pose
 
-__all__ = ["Episode", "PlanInfo", "Pose", "SearchInterrupted", "Step"]
+__all__ = ["Episode", "PlanInfo", "SearchInterrupted", "Step"]
 
-Pose = tuple[float, float, float]
-"""x and y in metres, heading in degrees anticlockwise from east."""
-
-Observed = Mapping[str, tuple[float, float] | None]
+Observed = Mapping[str, Any]
 Tables = Mapping[str, NDArray[np.float64]]
 
 
@@ -62,12 +60,14 @@ class Step:
     index : number of the step, from 0.
     action : name of what was done.
     pose : where the robot is after it.
-    observation : place at which each target was seen (centre of the cell, metres), or None.
+    observation : place at which each target was seen (centre of the cell, metres), or None; of a
+        sensor that sees no mask, what it reported.
     reward : what it earned.
     found_targets : targets found so far.
     view : cells in view after it, True where seen, shape (H, W).
     beliefs : belief of each target after it, shape (H, W).
     info : what the planner says about the decision.
+    collision : whether the robot ran into something.
     """
 
     index: int
@@ -79,6 +79,7 @@ class Step:
     view: NDArray[np.bool_]
     beliefs: Tables
     info: PlanInfo
+    collision: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +91,8 @@ class Episode:
     map_name : name of the map.
     planner : name of the planner.
     config : the settings.
-    places : true place of each target, metres.
-    poses : poses, the start first, so one more than there are actions.
+    places : true place of each target, metres, as far as the search was told.
+    poses : poses in metres and radians, the start first, so one more than there are actions.
     actions : names of the actions.
     observations : place at which each target was seen after each step, or None.
     rewards : reward of each step.
@@ -101,6 +102,8 @@ class Episode:
     beliefs : beliefs at each pose when they were asked for, else empty.
     imagined : targets whose place was not known but drawn from the belief.
     map_digest : `CityMap.digest` of the map; empty where it is not known.
+    targets : the targets that were searched for; those of `places` when empty.
+    notes : what is to be said about the search as a whole, such as belief out of reach.
     """
 
     map_name: str
@@ -117,6 +120,8 @@ class Episode:
     beliefs: tuple[Tables, ...] = ()
     imagined: tuple[str, ...] = ()
     map_digest: str = ""
+    targets: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def start(self) -> Pose:
@@ -131,7 +136,7 @@ class Episode:
     @property
     def found(self) -> bool:
         """Whether every target was found."""
-        return len(self.found_targets) == len(self.places)
+        return len(self.found_targets) == len(self.targets or self.places)
 
     @property
     def discounted_return(self) -> float:
@@ -150,13 +155,14 @@ class Episode:
             "planner": self.planner,
             "sims": self.config.sims,
             "places": {name: list(place) for name, place in self.places.items()},
-            "poses": [list(pose) for pose in self.poses],
+            "poses": [[pose.x_m, pose.y_m, pose.heading_deg] for pose in self.poses],
             "actions": list(self.actions),
             "observations": [
-                {name: None if at is None else list(at) for name, at in seen.items()}
+                {n: list(at) if isinstance(at, tuple) else at for n, at in seen.items()}
                 for seen in self.observations
             ],
             "rewards": list(self.rewards),
+            **({"notes": list(self.notes)} if self.notes else {}),
             **({"imagined": list(self.imagined)} if self.imagined else {}),
             "found": self.found,
             "found_targets": list(self.found_targets),

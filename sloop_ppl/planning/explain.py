@@ -7,27 +7,91 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.pose import HEADINGS
+from sloop_ppl.planning.pose_tables import next_poses, reach_from
+from sloop_ppl.planning.sensors import FanSensor
+from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchObservation
 
-__all__ = ["expected_sightings", "flat_tree_to_json", "tree_to_json"]
+__all__ = ["expected_sightings", "flat_tree_to_json", "tree_to_json", "unreachable_notes"]
+
+WORTH_SAYING = 0.05
+"""Least belief out of reach that is worth a note."""
 
 
 def expected_sightings(belief: GridBelief) -> Mapping[str, Mapping[str, float]]:
     """Return, by move and target, the belief that the target is in view after the move."""
     space, robot = belief.space, belief.robot
-    told = {}
+    expected = {}
     for move in space.moves:
-        view = list(robot.moved(move.index).view)
-        told[move.name] = MappingProxyType(
+        outcomes = space.outcomes(move.index, robot.pose)
+        views = [(chance, list(space.view(pose))) for chance, pose, _ in outcomes]
+        expected[move.name] = MappingProxyType(
             {
-                name: float(table[view].sum())
+                name: float(sum(chance * table[view].sum() for chance, view in views))
                 for i, (name, table) in enumerate(zip(space.target_ids, belief.flat, strict=True))
                 if not robot.found >> i & 1
             }
         )
-    return MappingProxyType(told)
+    return MappingProxyType(expected)
+
+
+def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
+    """Say of each target how much of its belief no search can bring into view in time.
+
+    Parameters
+    ----------
+    belief
+        The belief and the robot at the start.
+
+    Returns
+    -------
+    tuple of str
+        One line for each target of which more than `WORTH_SAYING` is out of reach within the
+        steps of the search, every move at its most probable outcome.
+    """
+    space = belief.space
+    limit, sensor = space.config.step_limit, space.sensor
+    if isinstance(sensor, FanSensor) and not (space.no_fly or space.hides or space.stochastic):
+        wide = sensor.fov_deg >= 90 and sensor.range_cells >= space.config.step_cells
+        if wide and limit >= space.n_rows + space.n_cols:
+            return ()  # on open ground such a fan sees every cell in time
+    reach = reach_from(belief.robot.pose, next_poses(space))
+    near = np.flatnonzero((reach.steps >= 0) & (reach.steps < limit))
+    if len(near) == reach.steps.size and not space.hides:
+        return ()
+    seen = np.zeros(space.n_cells, dtype=bool)
+    if space.hides:
+        for pose in near.tolist():
+            seen[space.view_cells(pose)] = True
+    else:
+        seen = _union_of_fans(space, near)
+    notes = []
+    for name, table in zip(space.target_ids, belief.flat, strict=True):
+        lost = float(table[~seen].sum())
+        if lost > WORTH_SAYING:
+            notes.append(
+                f"{lost:.0%} of the belief of {name} cannot be brought into view within {limit} "
+                "steps from this start: allow more steps, or start elsewhere"
+            )
+    return tuple(notes)
+
+
+def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return the cells that are in view from some pose, shape (H * W,)."""
+    cells, headings = np.divmod(poses, HEADINGS)
+    rows, cols = np.divmod(cells, space.n_cols)
+    seen = np.zeros(space.shape, dtype=bool)
+    for heading, fan in enumerate(space.fans):
+        at = headings == heading
+        for dr, dc in fan:
+            r, c = rows[at] + dr, cols[at] + dc
+            inside = (r >= 0) & (r < space.n_rows) & (c >= 0) & (c < space.n_cols)
+            seen[r[inside], c[inside]] = True
+    return seen.reshape(-1)
 
 
 def tree_to_json(root: Any, depth: int, n_cols: int | None = None) -> dict[str, Any]:
@@ -65,8 +129,14 @@ def _label(observation: Any, n_cols: int | None) -> str:
         return str(observation)
     if n_cols is None:
         return str(observation)
-    cells = ["-" if cell < 0 else str(divmod(cell, n_cols)) for cell in observation.seen]
+    cells = [_seen(report, n_cols) for report in observation.seen]
     return f"seen {' '.join(cells)}, found {observation.found:b}"
+
+
+def _seen(report: Any, n_cols: int) -> str:
+    if report in (-1, None):
+        return "-"
+    return str(divmod(report, n_cols) if isinstance(report, int) else report)
 
 
 def flat_tree_to_json(tree: Any, size: int, actions: tuple[Any, ...], depth: int) -> dict[str, Any]:

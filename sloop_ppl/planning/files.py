@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -15,6 +16,7 @@ from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.outputs import written_whole
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import Episode, PlanInfo
+from sloop_ppl.planning.pose import Pose
 
 __all__ = [
     "EPISODE_VERSION",
@@ -47,6 +49,7 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
         **extra,
         **({"map_digest": episode.map_digest} if episode.map_digest else {}),
         "config": asdict(episode.config),
+        "targets": list(episode.targets or episode.places),
         "shape": list(episode.views.shape[1:]),
         "views": [np.flatnonzero(view).tolist() for view in episode.views],
         "info": [
@@ -107,10 +110,12 @@ def _episode(document: Mapping[str, Any]) -> Episode:
         planner=str(document["planner"]),
         config=SearchConfig(**config),
         places=MappingProxyType({k: _place(v) for k, v in document["places"].items()}),
-        poses=tuple((float(x), float(y), float(h)) for x, y, h in document["poses"]),
+        poses=tuple(
+            Pose(float(x), float(y), math.radians(float(h))) for x, y, h in document["poses"]
+        ),
         actions=tuple(str(a) for a in document["actions"]),
         observations=tuple(
-            MappingProxyType({k: None if v is None else _place(v) for k, v in seen.items()})
+            MappingProxyType({k: _place(v) if isinstance(v, list) else v for k, v in seen.items()})
             for seen in document["observations"]
         ),
         rewards=tuple(float(r) for r in document["rewards"]),
@@ -123,6 +128,8 @@ def _episode(document: Mapping[str, Any]) -> Episode:
         ),
         imagined=tuple(str(name) for name in document.get("imagined", ())),
         map_digest=str(document.get("map_digest", "")),
+        targets=tuple(document.get("targets", ())),
+        notes=tuple(document.get("notes", ())),
     )
 
 

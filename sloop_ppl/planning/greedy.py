@@ -3,33 +3,47 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
+from sloop_ppl.planning.planners import RunningPlanner
 from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 
-__all__ = ["GreedyPlanner", "find_worth"]
+__all__ = ["Greedy", "find_worth"]
 
 
-class GreedyPlanner:
+@dataclass(frozen=True)
+class Greedy:
     """Take the first move towards the pose that maximises ``discount ** steps * visible belief``.
 
-    Every reachable pose counts, at its fewest steps. What is seen is found at once when the
-    expected reward of that find is positive.
-
-    Parameters
-    ----------
-    space : the search space.
-    rng : not used; nothing is drawn.
+    Every reachable pose counts, at its fewest steps, each move taken at its most probable outcome.
+    What is seen is found at once when the expected reward of that find is positive; a sensor that
+    sees no mask may make a find pay at any time. Nothing is drawn.
     """
 
-    def __init__(self, space: SearchSpace, *, rng: np.random.Generator | None = None) -> None:
+    name = "greedy"
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings as they are."""
+        return config
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search."""
         del rng
+        return _GreedyRun(space)
+
+
+class _GreedyRun:
+    """Greed in the course of one search."""
+
+    def __init__(self, space: SearchSpace) -> None:
         self._space = space
         self._nexts = next_poses(space)
 

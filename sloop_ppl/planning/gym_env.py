@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.planning.belief import GridBelief, check_table
 from sloop_ppl.planning.config import SearchConfig
-from sloop_ppl.planning.models import (
-    SearchObservationModel,
-    SearchRewardModel,
-    SearchTransitionModel,
+from sloop_ppl.planning.environment import (
+    GridEnvironment,
+    observation_of,
+    robot_after,
+    start_pose,
 )
-from sloop_ppl.planning.obstacles import tall_cells
-from sloop_ppl.planning.placing import start_pose, true_cells
+from sloop_ppl.planning.models import SearchRewardModel
+from sloop_ppl.planning.motion import Motion
+from sloop_ppl.planning.sensors import Sensor
 from sloop_ppl.planning.space import SearchSpace
-from sloop_ppl.planning.tree import scalar_rng
-from sloop_ppl.planning.values import SearchState
 
 if TYPE_CHECKING:
 
@@ -37,6 +38,9 @@ from gymnasium import spaces
 
 __all__ = ["SearchEnv"]
 
+RESET_OPTIONS = ("places", "start")
+"""Options that `SearchEnv.reset` takes."""
+
 PIXELS = 8
 """Side of a cell in a rendered picture, pixels."""
 
@@ -46,10 +50,21 @@ class SearchEnv(_Env):
 
     Parameters
     ----------
-    beliefs : table of each target, shape (H, W); a uniform one for a target ``Target`` when None.
-    city : the map, or its name.
-    config : the settings; `SearchConfig.max_steps` truncates.
-    render_mode : ``"rgb_array"`` or None.
+    beliefs
+        Table of each target, shape (H, W); a uniform one for a target ``Target`` when None.
+    city
+        The map, or its name.
+    config
+        The settings; `SearchConfig.max_steps` truncates.
+    render_mode
+        ``"rgb_array"`` or None.
+    sensor, motion
+        What is sensed and how moves change the pose; those of the settings when None.
+
+    Raises
+    ------
+    InputError
+        When an action is no number of one, or `reset` is given an option it does not know.
 
     Notes
     -----
@@ -66,6 +81,9 @@ class SearchEnv(_Env):
         city: CityMap | str = "cleveland",
         config: SearchConfig | None = None,
         render_mode: str | None = None,
+        *,
+        sensor: Sensor | None = None,
+        motion: Motion | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise InputError(f"render_mode is {render_mode!r}; expected 'rgb_array' or None")
@@ -73,10 +91,9 @@ class SearchEnv(_Env):
         self._city = load_map(city) if isinstance(city, str) else city
         grid, config = self._city.grid, config or SearchConfig()
         given = {"Target": np.ones(grid.shape)} if beliefs is None else beliefs
-        tall = None
-        if config.no_fly or config.occlusion:
-            tall = tall_cells(self._city, config.flight_height_m)
-        self.space = SearchSpace(grid.shape, tuple(given), config, tall)
+        self.space = SearchSpace.of_city(
+            self._city, tuple(given), config, sensor=sensor, motion=motion
+        )
         self._prior = {
             name: check_table(name, table, grid.shape).reshape(grid.shape)
             for name, table in given.items()
@@ -92,7 +109,6 @@ class SearchEnv(_Env):
             }
         )
         self.action_space = spaces.Discrete(len(self.space.actions))
-        self._transition = SearchTransitionModel(self.space)
         self._reward = SearchRewardModel(self.space)
         self._belief: GridBelief | None = None
         self._steps = 0
@@ -103,38 +119,44 @@ class SearchEnv(_Env):
         """Begin anew and return the first observation."""
         super().reset(seed=seed)
         options = options or {}
+        for name in options:
+            if name not in RESET_OPTIONS:
+                raise UnknownName("option of reset", name, RESET_OPTIONS)
+        space = self.space
         rng = np.random.default_rng(int(self.np_random.integers(2**63)))
-        grid = self._city.grid
-        robot = self.space.robot(start_pose(options.get("start"), grid, self.space, rng))
-        self._belief = GridBelief(self.space, self._prior, robot, rng=rng)
-        if "places" in options:
-            cells = true_cells(self.space.target_ids, options["places"], grid)
-            self._state = SearchState(robot, cells)
-        else:
-            self._state = self._belief.random()
-        self._sensor = SearchObservationModel(self.space, scalar_rng(rng))
+        start = start_pose(options.get("start"), space, rng)
+        robot = space.robot(space.snap(start))
+        self._belief = GridBelief(space, self._prior, robot, rng=rng)
+        places = options.get("places")
+        if places is None:
+            cells = zip(space.target_ids, self._belief.random().cells, strict=True)
+            places = {t: space.grid.place_in(*divmod(cell, space.n_cols)) for t, cell in cells}
+        self._environment = GridEnvironment(space, places, start, rng=rng)
         self._steps = 0
         return self._observed(), {"reported": {}}
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Do an action; return observation, reward, whether it is over or cut off, and reports."""
-        if self._belief is None:
-            raise InputError("The environment was not reset; call reset() before step()")
-        chosen = self.space.actions[int(action)]
-        before, self._state = self._state, self._transition.sample(self._state, chosen)
-        reward = self._reward.sample(before, chosen, self._state)
-        observation = self._sensor.sample(self._state, chosen)
-        if not before.robot.ended:
-            self._belief = self._belief.updated(chosen, observation, self._state.robot)
+        space, belief = self.space, self.belief
+        number = _whole(action)
+        if number is None or not 0 <= number < len(space.actions):
+            names = ", ".join(f"{i} {a.name}" for i, a in enumerate(space.actions))
+            raise InputError(f"Action {action!r} is none of: {names}")
+        if belief.robot.ended:
+            return self._observed(), 0.0, True, False, {"reported": {}}
+        chosen = space.actions[number]
+        outcome = self._environment.execute(chosen)
+        after = robot_after(space, belief.robot, chosen, outcome)
+        observation = observation_of(space, chosen, after, outcome)
+        reward = self._reward.of(belief.robot, chosen, after)
+        self._belief = belief.updated(chosen, observation, after, outcome.pose)
         self._steps += 1
-        over = self._state.robot.ended
-        cut = not over and self._steps >= self.space.config.max_steps
-        reported = {
-            name: divmod(cell, self.space.n_cols)
-            for name, cell in zip(self.space.target_ids, observation.seen, strict=True)
-            if cell >= 0
-        }
-        return self._observed(), float(reward), over, cut, {"reported": reported}
+        over = after.ended
+        cut = not over and self._steps >= space.config.step_limit
+        seen = {name: at for name, at in outcome.report.seen.items() if at is not None}
+        if space.sees_mask:
+            seen = {name: space.grid.cell_covering(*at) for name, at in seen.items()}
+        return self._observed(), float(reward), over, cut, {"reported": seen}
 
     @property
     def belief(self) -> GridBelief:
@@ -174,3 +196,11 @@ class SearchEnv(_Env):
             "found": np.array(found, dtype=np.int8),
             "looked": int(robot.looked),
         }
+
+
+def _whole(action: Any) -> int | None:
+    """Return an action's number, or None where it is no whole number."""
+    try:
+        return operator.index(np.asarray(action).item())
+    except (TypeError, ValueError):
+        return None

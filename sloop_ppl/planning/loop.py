@@ -5,32 +5,41 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning.belief import GridBelief, observation_likelihoods
 from sloop_ppl.planning.config import SearchConfig
-from sloop_ppl.planning.detection import Detector
+from sloop_ppl.planning.environment import (
+    Environment,
+    GridEnvironment,
+    Outcome,
+    checked_outcome,
+    observation_of,
+    robot_after,
+    start_pose,
+)
 from sloop_ppl.planning.episode import Episode, SearchInterrupted, Step
-from sloop_ppl.planning.explain import expected_sightings
+from sloop_ppl.planning.explain import expected_sightings, unreachable_notes
 from sloop_ppl.planning.models import (
     SearchObservationModel,
     SearchPolicyModel,
     SearchRewardModel,
     SearchTransitionModel,
 )
-from sloop_ppl.planning.names import check_planner
-from sloop_ppl.planning.obstacles import tall_cells
-from sloop_ppl.planning.placing import start_pose, true_cells
-from sloop_ppl.planning.planners import SearchPlanner, make_planner
+from sloop_ppl.planning.motion import Motion
+from sloop_ppl.planning.planners import RunningPlanner, SearchPlanner, make_planner, planner_of
+from sloop_ppl.planning.pose import as_pose
 from sloop_ppl.planning.record import Record
+from sloop_ppl.planning.sensors import Sensor
 from sloop_ppl.planning.space import SearchSpace
-from sloop_ppl.planning.tree import scalar_rng
-from sloop_ppl.planning.values import SearchAction, SearchObservation, SearchState
-from sloop_ppl.rng import child
+from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation
+from sloop_ppl.rng import child, scalar_rng
 
 __all__ = ["Tables", "run_search"]
 
@@ -40,35 +49,60 @@ Tables = Mapping[str, NDArray[np.float64]]
 def run_search(
     beliefs: Tables,
     city: CityMap,
-    places: Mapping[str, tuple[float, float]],
+    places: Mapping[str, tuple[float, float]] | None = None,
     *,
-    planner: str = "pouct",
+    planner: str | SearchPlanner | Any = "fast",
     config: SearchConfig = SearchConfig(),  # noqa: B008 - frozen
     start: tuple[float, ...] | None = None,
+    environment: Environment | None = None,
+    sensor: Sensor | str | None = None,
+    motion: Motion | None = None,
     rng: np.random.Generator,
     on_step: Callable[[Step], None] | None = None,
     on_observation: Callable[[Tables], Tables | None] | None = None,
+    notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
 ) -> Episode:
     """Search a map for targets that stand still.
 
     Parameters
     ----------
-    beliefs : where each target is believed to be: a table over the cells per target id, shape
-        (H, W), finite and >= 0; normalised here.
-    city : the map.
-    places : true place of each target, x and y in metres; the keys of `beliefs`.
-    planner : name of a planner.
-    config : the settings.
-    start : x and y in metres and, if given, heading in degrees anticlockwise from east, a
-        multiple of 45. By default any cell, heading east, drawn from `rng`; the draw depends
-        neither on the planner nor on the beliefs.
-    rng : where start, environment and planner draw from, each from its own child stream.
-    on_step : called with every `Step` when it is done.
-    on_observation : called after every step with ``{target: log_likelihood}``, tables of shape
-        (H, W) of what the step showed of each target's cell (those of which it told nothing are
-        left out). What it returns, if not None, replaces the beliefs of the targets in it.
-    keep_beliefs : keep the beliefs at every pose in the `Episode`.
+    beliefs
+        Where each target is believed to be: a table over the cells per target id, shape (H, W),
+        finite and >= 0; normalised here.
+    city
+        The map.
+    places
+        True place of each target, x and y in metres; the keys of `beliefs`. An environment that
+        is given knows them itself.
+    planner
+        Name of a planner, or a planner: an object with a method `plan`; see `SearchPlanner`.
+    config
+        The settings.
+    start
+        x and y in metres and, if given, heading in degrees anticlockwise from east, a multiple of
+        45; or a `Pose`. By default any cell, heading east, drawn from `rng`; the draw depends
+        neither on the planner nor on the beliefs. An environment that is given has its own.
+    environment
+        Where the search takes place; a `GridEnvironment` of the true places when None.
+    sensor
+        What the robot senses, or ``FILE.py:NAME`` of it; the fan of the settings when None.
+    motion
+        How moves change the pose; the moves of the settings when None. Planners plan with it,
+        and the grid environment moves by it.
+    rng
+        Where start, environment and planner draw from, each from its own child stream.
+    on_step
+        Called with every `Step` when it is done.
+    on_observation
+        Called after every step with ``{target: log_likelihood}``, tables of shape (H, W) of what
+        the step showed of each target's cell (those of which it showed nothing are left out). What
+        it returns, if not None, replaces the beliefs of the targets in it.
+    notify
+        Called with each line that is to be said before the first step: what the size of the map
+        sets, belief that is out of reach, that machine code is compiled.
+    keep_beliefs
+        Keep the beliefs at every pose in the `Episode`.
 
     Returns
     -------
@@ -77,56 +111,70 @@ def run_search(
 
     Raises
     ------
-    OutsideMap : when a place or the start is outside the map.
-    InputError : when places or beliefs do not fit each other or the map, or are malformed.
-    UnknownName : when there is no such planner.
-    BeliefCollapse : when something was observed that the beliefs held impossible.
-    SearchInterrupted : on Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
+    OutsideMap
+        When a place, the start or a reported pose is outside the map.
+    InputError
+        When places or beliefs do not fit each other or the map, or something is malformed: beliefs,
+        the planner, the sensor's mask, what the environment reports.
+    UnknownName
+        When there is no such planner.
+    BeliefCollapse
+        When something was observed that the beliefs held impossible.
+    SearchInterrupted
+        On Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
     """
-    check_planner(planner)
+    chosen = planner_of(planner)
     ids = tuple(beliefs)
-    truth = true_cells(ids, places, city.grid)
-    tall = None
-    if config.no_fly or config.occlusion:
-        tall = tall_cells(city, config.flight_height_m)
-    space = SearchSpace(city.grid.shape, ids, config, tall)
-    robot = space.robot(start_pose(start, city.grid, space, rng))
-    state = SearchState(robot, truth)
-    transition, reward_model = SearchTransitionModel(space), SearchRewardModel(space)
-    imagined = SearchObservationModel(space, scalar_rng(child(rng, "planner", planner, "sensor")))
-    sensor = SearchObservationModel(space, scalar_rng(child(rng, "environment")))
+    if not ids:
+        raise InputError("No belief was given; expected one per target that is searched for")
+    space = SearchSpace.of_city(city, ids, chosen.settings(config), sensor=sensor, motion=motion)
+    if environment is None:
+        at, known = start_pose(start, space, rng), places or {}
+        environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
+    else:
+        _refuse_with_environment(environment, start)
+        known = {t: place for t, place in (places or {}).items() if t in ids}
+    pose = as_pose(environment.pose, "The environment's pose")
+    robot = space.robot(space.snap(pose))
+    reward_model = SearchRewardModel(space)
+    name = chosen.name
     agent = Agent(
-        GridBelief(space, beliefs, robot, rng=child(rng, "planner", planner, "belief")),
+        GridBelief(space, beliefs, robot, rng=child(rng, "planner", name, "belief")),
         SearchPolicyModel(space, scalar_rng(child(rng, "policy"))),
-        transition,
-        imagined,
+        SearchTransitionModel(space, scalar_rng(child(rng, "planner", name, "motion"))),
+        SearchObservationModel(space, scalar_rng(child(rng, "planner", name, "sensor"))),
         reward_model,
     )
-    chooser = make_planner(planner, space, rng=rng)
-
-    record = Record(city.grid, space, keep_beliefs)
-    record.begin(agent.belief)
+    running = make_planner(chosen, space, rng=rng)
+    record = Record(space, keep_beliefs)
+    record.begin(pose, agent.belief)
+    notes = (*space.config.size_notes(config), *unreachable_notes(agent.belief))
+    for note in notes if notify is not None else ():
+        notify(note)
 
     def so_far() -> Episode:
         return Episode(
             map_name=city.name,
             map_digest=city.digest,
-            planner=planner,
-            config=config,
-            places=MappingProxyType({t: (float(places[t][0]), float(places[t][1])) for t in ids}),
+            planner=name,
+            config=space.config,
+            places=MappingProxyType({t: (float(x), float(y)) for t, (x, y) in known.items()}),
+            targets=ids,
+            notes=notes,
             **record.columns(),
         )
 
     try:
-        while not state.robot.ended and len(record.actions) < config.max_steps:
-            action, info = chooser.plan(agent)
+        while not robot.ended and len(record.actions) < space.config.step_limit:
+            action, info = running.plan(agent)
             info = replace(info, expected=expected_sightings(agent.belief))
-            after = transition.sample(state, action)
-            observation = sensor.sample(after, action)
-            reward = reward_model.sample(state, action, after)
-            _learn(agent, chooser, action, observation, after, on_observation)
-            state = after
-            step = record.add(action, observation, reward, agent.belief, info)
+            outcome = checked_outcome(space, action, environment.execute(action))
+            after = robot_after(space, robot, action, outcome)
+            observation = observation_of(space, action, after, outcome)
+            _learn(agent, running, action, observation, after, outcome, on_observation)
+            reward = reward_model.of(robot, action, after)
+            robot = after
+            step = record.add(action, outcome, reward, agent.belief, info)
             if on_step is not None:
                 on_step(step)
     except KeyboardInterrupt:
@@ -134,34 +182,57 @@ def run_search(
     return so_far()
 
 
+def _refuse_with_environment(environment: Any, start: object) -> None:
+    """Refuse an environment that is none, or a start beside it."""
+    if not callable(getattr(environment, "execute", None)) or not hasattr(environment, "pose"):
+        raise InputError(
+            f"The environment is a {type(environment).__name__}; expected an object with a method "
+            "execute(action) -> (pose, report, collision) and an attribute pose, where it starts"
+        )
+    if start is not None:
+        raise InputError("start is given, but the environment has its own; leave start out")
+
+
 def _learn(
     agent: Agent,
-    chooser: SearchPlanner,
+    running: RunningPlanner,
     action: SearchAction,
     observation: SearchObservation,
-    after: SearchState,
+    after: RobotState,
+    outcome: Outcome,
     on_observation: Callable[[Tables], Tables | None] | None,
 ) -> None:
     """Bring the agent's history, belief and planner up to date after one step."""
     before: GridBelief = agent.belief
+    space = before.space
     agent.update_history(action, observation)
-    updated = before.updated(action, observation, after.robot)
+    likelihoods = observation_likelihoods(
+        space, before.robot, action, observation, after, outcome.pose
+    )
+    updated = before.conditioned(likelihoods, observation, after)
     agent.set_belief(updated)
-    chooser.update(agent, action, observation)
+    running.update(agent, action, observation)
+    if not space.stochastic and after != _planned(before.robot, action, after):
+        running.forget()  # it planned on from another pose
     if on_observation is None:
         return
-    space = before.space
-    told = observation_likelihoods(Detector(space), before.robot, action, observation, after.robot)
     replacing = on_observation(
         {
             name: likelihood.log_table(space.shape)
-            for name, likelihood in zip(space.target_ids, told, strict=True)
+            for name, likelihood in zip(space.target_ids, likelihoods, strict=True)
             if likelihood is not None
         }
     )
     if replacing is not None:
-        new = updated.replaced({**updated.tables, **replacing}, after.robot)
+        new = updated.replaced({**updated.tables, **replacing}, after)
         agent.set_belief(new)
         moved = (np.abs(a - b).sum() > 1e-9 for a, b in zip(new.flat, updated.flat, strict=True))
         if any(moved):
-            chooser.forget()
+            running.forget()
+
+
+def _planned(robot: RobotState, action: SearchAction, after: RobotState) -> RobotState:
+    """Return the robot as an exact motion would have left it."""
+    if action.index < 3:
+        return robot.moved(action.index)
+    return robot.marked(after.found)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import random
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sloop_ppl.planning._pomdp import (
     ObservationModel,
@@ -13,9 +16,9 @@ from sloop_ppl.planning._pomdp import (
     RolloutPolicy,
     TransitionModel,
 )
-from sloop_ppl.planning.detection import Detector
+from sloop_ppl.planning.sensors import MaskSensor
 from sloop_ppl.planning.space import SearchSpace
-from sloop_ppl.planning.values import SearchAction, SearchObservation, SearchState
+from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation, SearchState
 
 if TYPE_CHECKING:
     from sloop_ppl.planning._search_kernel import NativeSearch
@@ -35,13 +38,18 @@ History = tuple[tuple[SearchAction, SearchObservation], ...]
 class SearchTransitionModel(TransitionModel):
     """Moves change the pose; a find marks what is in view; nothing changes once it is over.
 
-    Attributes
+    Parameters
     ----------
-    space : the search space, by which the planner ``fast`` knows the domain.
+    space
+        The search space, by which the planner ``fast`` knows the domain.
+    rng
+        Where the slips of a stochastic motion are drawn from; an exact one needs none.
     """
 
-    def __init__(self, space: SearchSpace) -> None:
+    def __init__(self, space: SearchSpace, rng: random.Random | None = None) -> None:
         self.space = space
+        self._rng = random.Random(0) if rng is None else rng
+        self._stochastic = space.stochastic
 
     @cached_property
     def native(self) -> NativeSearch:
@@ -51,84 +59,137 @@ class SearchTransitionModel(TransitionModel):
         return NativeSearch(self.space)
 
     def sample(self, state: SearchState, action: SearchAction) -> SearchState:
-        """Return the state that follows; it is certain."""
+        """Return a state that follows; it is certain unless moves slip."""
         robot = state.robot
         if robot.ended:
             return state
         index = action.index
         if index < 3:
+            if self._stochastic:
+                return SearchState(self._slipped(robot, index), state.cells)
             return SearchState(robot._next[index] or robot.moved(index), state.cells)
-        marks = 0
+        return self._found(state, action)
+
+    def argmax(self, state: SearchState, action: SearchAction) -> SearchState:
+        """Return the most probable state that follows."""
+        if state.robot.ended:
+            return state
+        if action.index < 3:
+            return SearchState(state.robot.moved(action.index), state.cells)
+        return self._found(state, action)
+
+    def probability(
+        self, next_state: SearchState, state: SearchState, action: SearchAction
+    ) -> float:
+        """Return the probability that a state follows."""
+        robot = state.robot
+        if robot.ended or action.index >= 3 or not self._stochastic:
+            return float(next_state == self.argmax(state, action))
+        if next_state.cells != state.cells:
+            return 0.0
+        return sum(
+            chance
+            for chance, pose, collided in self.space.outcomes(action.index, robot.pose)
+            if next_state.robot == robot.at(pose, collided)
+        )
+
+    def _slipped(self, robot: RobotState, index: int) -> RobotState:
+        """Return the robot after one outcome of a move, drawn from the motion's own outcomes."""
+        space, rest = self.space, self._rng.random()
+        outcomes = space.outcomes(index, robot.pose)
+        for chance, pose, collided in outcomes:
+            rest -= chance
+            if rest < 0.0:
+                return robot.at(pose, collided)
+        return robot.at(*outcomes[-1][1:])
+
+    def _found(self, state: SearchState, action: SearchAction) -> SearchState:
+        robot, marks = state.robot, 0
         if robot.looked:
             for i, cell in enumerate(state.cells):
                 if cell in robot.view:
                     marks |= 1 << i
         return SearchState(robot.marked(marks & action.marks), state.cells)
 
-    argmax = sample
-
-    def probability(
-        self, next_state: SearchState, state: SearchState, action: SearchAction
-    ) -> float:
-        """Return one for the state that follows, else zero."""
-        return float(next_state == self.sample(state, action))
-
 
 class SearchObservationModel(ObservationModel):
-    """After a move the robot senses its view; a find tells what has been found.
+    """After a move the robot senses its view; a find shows what has been found.
 
     Parameters
     ----------
-    space : the search space.
-    rng : where the errors of a noisy sensor are drawn from; an exact one needs none.
+    space
+        The search space.
+    rng
+        Where the errors of a sensor are drawn from; an exact one needs none.
     """
 
     def __init__(self, space: SearchSpace, rng: random.Random | None = None) -> None:
-        self._nothing = (-1,) * len(space.target_ids)
+        self._space = space
+        self._nothing: tuple[Any, ...] = (-1,) * len(space.target_ids)
         self._blank = [SearchObservation(self._nothing, m) for m in range(space.all_found + 1)]
-        self._made: dict[tuple[tuple[int, ...], int], SearchObservation] = {}
-        self._detector = Detector(space)
-        self._noisy = space.config.noisy
+        self._made: dict[tuple[tuple[int, ...], int, int], SearchObservation] = {}
+        self._sensor = space.sensor
+        self._mask = space.sensor if isinstance(space.sensor, MaskSensor) else None
+        self._exact = self._mask is not None and self._mask.exact
+        self._stochastic = space.stochastic
         self._rng = random.Random(0) if rng is None else rng
+        self._generator: np.random.Generator | None = None
 
     def sample(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
         """Return what is observed on reaching a state."""
         robot = next_state.robot
         if action.index >= 3:
             return self._blank[robot.found]
-        if self._noisy:
-            seen = self._sensed(next_state)
-        elif robot.view.isdisjoint(next_state.cells):
+        if self._mask is None:
+            return self._reported(next_state)
+        pose = robot.pose if self._stochastic else -1
+        if not self._exact:
+            seen = self._sensed(self._mask, next_state)
+        elif robot.view.isdisjoint(next_state.cells) and pose < 0:
             return self._blank[robot.found]
         else:
             seen = self._in_view(next_state)
-        key = seen, robot.found
+        key = seen, robot.found, pose
         made = self._made.get(key)
         if made is None:
-            made = self._made[key] = SearchObservation(seen, robot.found)
+            made = self._made[key] = SearchObservation(*key)
         return made
 
     def argmax(self, next_state: SearchState, action: SearchAction) -> SearchObservation:
         """Return what an exact sensor observes on reaching a state."""
-        seen = self._in_view(next_state) if action.index < 3 else self._nothing
-        return SearchObservation(seen, next_state.robot.found)
+        if action.index >= 3:
+            return self._blank[next_state.robot.found]
+        pose = next_state.robot.pose if self._stochastic else -1
+        return SearchObservation(self._in_view(next_state), next_state.robot.found, pose)
 
     def probability(
         self, observation: SearchObservation, next_state: SearchState, action: SearchAction
     ) -> float:
-        """Return the probability of an observation on reaching a state."""
+        """Return the probability (density, of a sensor with densities) of an observation."""
         robot = next_state.robot
         if observation.found != robot.found:
             return 0.0
         if action.index >= 3:
             return float(observation.seen == self._nothing)
+        if self._stochastic and observation.pose != robot.pose:
+            return 0.0
         chance = 1.0
         for i, (cell, seen) in enumerate(zip(next_state.cells, observation.seen, strict=True)):
             if robot.found >> i & 1:
-                chance *= float(seen < 0)
+                chance *= float(seen in (-1, None))
             else:
-                chance *= self._detector.probability(robot, cell, seen)
+                chance *= self._chance(robot, cell, seen)
         return chance
+
+    def _chance(self, robot: RobotState, cell: int, seen: Any) -> float:
+        if self._mask is None:
+            table = self._sensor.log_likelihood(self._space.pose_at(robot.pose), seen)
+            return math.exp(float(table.reshape(-1)[cell]))
+        cells = self._space.view_cells(robot.pose)
+        likelihood = self._mask.cell_likelihood(cells, seen)
+        if cell not in robot.view:
+            return likelihood.outside
+        return float(likelihood.inside[likelihood.cells == cell][0])
 
     def _in_view(self, state: SearchState) -> tuple[int, ...]:
         view, found = state.robot.view, state.robot.found
@@ -137,11 +198,32 @@ class SearchObservationModel(ObservationModel):
             for i, cell in enumerate(state.cells)
         )
 
-    def _sensed(self, state: SearchState) -> tuple[int, ...]:
-        robot = state.robot
+    def _sensed(self, sensor: MaskSensor, state: SearchState) -> tuple[int, ...]:
+        robot, cells = state.robot, self._space.view_cells(state.robot.pose)
         return tuple(
-            -1 if robot.found >> i & 1 else self._detector.sample(robot, cell, self._rng)
+            -1 if robot.found >> i & 1 else sensor.sample_cell(cells, robot.view, cell, self._rng)
             for i, cell in enumerate(state.cells)
+        )
+
+    def _reported(self, state: SearchState) -> SearchObservation:
+        """Return what a sensor that sees no mask reports; a rollout knows what is in view."""
+        robot, space = state.robot, self._space
+        if self._generator is None:
+            self._generator = np.random.default_rng(self._rng.getrandbits(63))
+        places = {
+            name: space.grid.centre_of(*divmod(cell, space.n_cols))
+            for i, (name, cell) in enumerate(zip(space.target_ids, state.cells, strict=True))
+            if not robot.found >> i & 1
+        }
+        reports = self._sensor.sample(space.pose_at(robot.pose), places, self._generator)
+        return SearchObservation(
+            tuple(reports.get(name) for name in space.target_ids),
+            robot.found,
+            robot.pose if self._stochastic else -1,
+            some=any(
+                cell in robot.view and not robot.found >> i & 1
+                for i, cell in enumerate(state.cells)
+            ),
         )
 
 
@@ -157,14 +239,17 @@ class SearchRewardModel(RewardModel):
 
     def sample(self, state: SearchState, action: SearchAction, next_state: SearchState) -> float:
         """Return the reward of a transition; zero once the search is over."""
-        robot = state.robot
+        return self.of(state.robot, action, next_state.robot)
+
+    argmax = sample
+
+    def of(self, robot: RobotState, action: SearchAction, after: RobotState) -> float:
+        """Return the reward of a step, which needs nothing but the robot before and after it."""
         if robot.ended:
             return 0.0
         if action.index < 3:
-            return self._collision if action.index == 0 and robot.collides else self._move
-        return self._right if next_state.robot.found != robot.found else self._wrong
-
-    argmax = sample
+            return self._collision if after.collided else self._move
+        return self._right if after.found != robot.found else self._wrong
 
 
 class SearchPolicyModel(PolicyModel):
@@ -215,6 +300,7 @@ class PublishedRollout(RolloutPolicy):
         )
         self._finds = space.finds
         self._keys = space.preference_keys
+        self._mask = space.sees_mask
         self._random = rng.random
 
     def rollout(self, state: SearchState, history: History | None = None) -> SearchAction:
@@ -225,7 +311,7 @@ class PublishedRollout(RolloutPolicy):
         if history:
             last = history[-1][1]
             if last.any:
-                return self._find(last, robot.found)
+                return self._find(last, state)
         table, corner, allowed = robot._prefer
         keys = self._keys
         cells = state.cells
@@ -240,10 +326,13 @@ class PublishedRollout(RolloutPolicy):
         choices = self._choices[mask]
         return choices[int(self._random() * len(choices))]
 
-    def _find(self, last: SearchObservation, found: int) -> SearchAction:
+    def _find(self, last: SearchObservation, state: SearchState) -> SearchAction:
+        """Return the find of the first unfound target that was seen, or is in view."""
         if len(self._finds) == 1:
             return self._finds[0]
-        for i, cell in enumerate(last.seen):
-            if cell >= 0 and not found >> i & 1:
+        robot = state.robot
+        for i, (seen, cell) in enumerate(zip(last.seen, state.cells, strict=True)):
+            there = seen >= 0 if self._mask else cell in robot.view
+            if there and not robot.found >> i & 1:
                 return self._finds[i]
         return self._finds[0]

@@ -61,7 +61,7 @@ class PathSearch:
         self._bordered = space.n_rows + 2 * reach, space.n_cols + 2 * reach
         self._inner = slice(reach, reach + space.n_rows), slice(reach, reach + space.n_cols)
         self._sims = config.sims
-        self._depth = min(config.depth, max(config.sims // SIMS_A_LEVEL, 1))
+        self._depth = min(config.horizon, max(config.sims // SIMS_A_LEVEL, 1))
         n_cells, n_poses = self._bordered[0] * self._bordered[1], len(self._map.cell)
         self._state = new_path_state(
             n_cells, len(self._bound.blocks), self._depth, self._map.fans.shape[1]
@@ -136,7 +136,7 @@ class PathSearch:
         best = int(np.argmax(values))
         span = config.right_find_reward - config.wrong_find_reward
         chance = (values[best] - config.wrong_find_reward) / span if span else 0.0
-        again = chance * config.true_positive_rate * config.right_find_reward
+        again = chance * belief.space.hit * config.right_find_reward
         wait = config.move_reward + config.discount**2 * again
         if values[best] <= 0 or (chance < 1 - 1e-9 and values[best] < wait):
             return None
@@ -151,7 +151,7 @@ class PathSearch:
         return Objective(
             mass=mass,
             total=float(mass.sum()),
-            hit=float(config.true_positive_rate),
+            hit=space.hit,
             move=float(config.move_reward),
             collision=float(config.collision_reward),
             right=float(config.right_find_reward),
@@ -168,7 +168,7 @@ class PathSearch:
 
     def _detected(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
         """Return how many targets each node of a path is expected to be the first to show."""
-        hit, detected = float(self._space.config.true_positive_rate), np.zeros(len(path))
+        hit, detected = self._space.hit, np.zeros(len(path))
         detection_masses(self._map, mass.copy(), hit, self._tree["pose"][path], detected)
         return detected
 

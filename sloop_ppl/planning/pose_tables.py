@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning.sensing import HEADINGS
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["Reach", "next_poses", "reach_from", "visible_mass"]
@@ -28,21 +28,21 @@ class Reach(NamedTuple):
 
 
 def next_poses(space: SearchSpace) -> NDArray[np.int32]:
-    """Return the pose after each move from each pose, shape (3, H * W * 8)."""
+    """Return the most probable pose after each move from each pose, shape (3, H * W * 8)."""
     poses = np.arange(space.n_cells * HEADINGS, dtype=np.int32)
     heading = poses % HEADINGS
     row, col = np.divmod(poses // HEADINGS, space.n_cols)
-    steps = np.array(space.steps, dtype=np.int32)
-    new_row, new_col = row + steps[heading, 0], col + steps[heading, 1]
-    inside_rows = (new_row >= 0) & (new_row < space.n_rows)
-    free = inside_rows & (new_col >= 0) & (new_col < space.n_cols)
-    if space.no_fly:
-        free[[pose for pose in poses.tolist() if space.collides(pose)]] = False
-    forward = np.where(free, (new_row * space.n_cols + new_col) * HEADINGS + heading, poses)
-    turn = space.config.turn_deg // 45
-    left = poses - heading + (heading + turn) % HEADINGS
-    right = poses - heading + (heading - turn) % HEADINGS
-    return np.stack([forward, left, right]).astype(np.int32, copy=False)
+    after = []
+    for index in range(3):
+        rows, cols, turn = space.move_table.offsets[index, :, 0].T.astype(np.int32)
+        new_row, new_col = row + rows[heading], col + cols[heading]
+        inside_rows = (new_row >= 0) & (new_row < space.n_rows)
+        free = inside_rows & (new_col >= 0) & (new_col < space.n_cols)
+        if space.no_fly and (rows.any() or cols.any()):
+            free[[pose for pose in poses.tolist() if space.moved(index, pose)[1]]] = False
+        reached = (new_row * space.n_cols + new_col) * HEADINGS + (heading + turn[heading]) % 8
+        after.append(np.where(free, reached, poses))
+    return np.stack(after).astype(np.int32, copy=False)
 
 
 def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
@@ -79,12 +79,12 @@ def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> N
     space : the search space.
     tables : belief of each target to count, each of shape (H * W,).
     """
-    if space.config.occlusion and space.tall.any():
+    if space.hides:
         total = np.sum(tables, axis=0)
         return np.array(
             [total[list(space.view(pose))].sum() for pose in range(space.n_cells * HEADINGS)]
         )
-    reach = max(max(abs(dr), abs(dc)) for fan in space.fans for dr, dc in fan)
+    reach = max((max(abs(dr), abs(dc)) for fan in space.fans for dr, dc in fan), default=0)
     padded = np.pad(np.sum(tables, axis=0).reshape(space.shape), reach)
     mass = np.zeros((*space.shape, HEADINGS))
     for heading, fan in enumerate(space.fans):

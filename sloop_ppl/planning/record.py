@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.maps import Grid
 from sloop_ppl.planning.belief import GridBelief
-from sloop_ppl.planning.episode import PlanInfo, Pose, Step
+from sloop_ppl.planning.environment import Outcome
+from sloop_ppl.planning.episode import PlanInfo, Step
+from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.sensors import MaskSensor
 from sloop_ppl.planning.space import SearchSpace
-from sloop_ppl.planning.values import SearchAction, SearchObservation
+from sloop_ppl.planning.values import SearchAction
 
 __all__ = ["Record"]
 
@@ -21,51 +23,51 @@ Tables = Mapping[str, NDArray[np.float64]]
 
 
 class Record:
-    """Collects what happens, in metres."""
+    """Collects what happens, in metres.
 
-    def __init__(self, grid: Grid, space: SearchSpace, keep_beliefs: bool) -> None:
-        self._grid, self._space, self._keep = grid, space, keep_beliefs
+    Parameters
+    ----------
+    space
+        The search space.
+    keep_beliefs
+        Keep the beliefs at every pose.
+    """
+
+    def __init__(self, space: SearchSpace, keep_beliefs: bool) -> None:
+        self._space, self._keep = space, keep_beliefs
         self.actions: list[str] = []
         self._poses: list[Pose] = []
-        self._observations: list[Mapping[str, tuple[float, float] | None]] = []
+        self._observations: list[Mapping[str, Any]] = []
         self._rewards: list[float] = []
         self._views: list[NDArray[np.bool_]] = []
         self._infos: list[PlanInfo] = []
         self._beliefs: list[Tables] = []
         self._found = 0
 
-    def begin(self, belief: GridBelief) -> None:
+    def begin(self, pose: Pose, belief: GridBelief) -> None:
         """Record where the search begins."""
-        row, col, heading = self._space.decode(belief.robot.pose)
-        self._poses.append((*self._grid.centre_of(row, col), heading * 45.0))
-        self._views.append(self._space.view_mask(belief.robot.pose))
+        self._poses.append(pose)
+        self._views.append(self._space.view_mask(pose))
         if self._keep:
             self._beliefs.append(MappingProxyType(belief.tables))
 
     def add(
         self,
         action: SearchAction,
-        observation: SearchObservation,
+        outcome: Outcome,
         reward: float,
         belief: GridBelief,
         info: PlanInfo,
     ) -> Step:
         """Record one step and return it."""
-        self.begin(belief)
+        self.begin(outcome.pose, belief)
         self.actions.append(action.name)
         self._rewards.append(float(reward))
         self._infos.append(info)
         self._found = belief.robot.found
-        seen = zip(self._space.target_ids, observation.seen, strict=True)
+        seen = outcome.report.seen
         self._observations.append(
-            MappingProxyType(
-                {
-                    name: None
-                    if cell < 0
-                    else self._grid.centre_of(*divmod(cell, self._space.n_cols))
-                    for name, cell in seen
-                }
-            )
+            MappingProxyType({name: self._place(seen.get(name)) for name in self._space.target_ids})
         )
         return Step(
             index=len(self.actions) - 1,
@@ -77,7 +79,15 @@ class Record:
             view=self._views[-1],
             beliefs=MappingProxyType(belief.tables),
             info=info,
+            collision=outcome.collision,
         )
+
+    def _place(self, report: Any) -> Any:
+        """Return the middle of the cell at which a target was seen; other reports as they are."""
+        sensor = self._space.sensor
+        if report is None or not isinstance(sensor, MaskSensor):
+            return report
+        return self._space.grid.centre_of(*divmod(sensor.cell_of(report), self._space.n_cols))
 
     def found_targets(self) -> tuple[str, ...]:
         """Return the ids of the targets found so far."""

@@ -1,4 +1,4 @@
-"""Poses on a grid: where moves lead, what is seen from each, and when the search is over."""
+"""The search on a grid: where moves lead, what is seen from each pose, and when it is over."""
 
 from __future__ import annotations
 
@@ -9,9 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.errors import InputError, OutsideMap, UnknownName
+from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning.config import SearchConfig
-from sloop_ppl.planning.sensing import HEADINGS, cells_between, fan_offsets
+from sloop_ppl.planning.motion import ExactMotion, Motion, MoveTable, SlippingMotion, move_table
+from sloop_ppl.planning.obstacles import tall_cells
+from sloop_ppl.planning.pose import HEADINGS, Pose
+from sloop_ppl.planning.sensors import (
+    FanSensor,
+    MaskSensor,
+    Offsets,
+    Sensor,
+    is_blocked,
+    load_sensor,
+)
 from sloop_ppl.planning.values import RobotState, SearchAction
 
 __all__ = ["MAX_TARGETS", "SearchSpace"]
@@ -21,61 +32,104 @@ MAX_TARGETS = 10
 
 
 class SearchSpace:
-    """What agent and environment know about the grid; all of it is computed on demand and kept.
+    """What agent and environment know about the map; all of it is computed on demand and kept.
+
+    A pose of the planners has a number, ``(row * n_cols + col) * 8 + heading``: the middle of a
+    cell and an eighth of a turn. Sensor and motion are asked at its metres and radians.
 
     Parameters
     ----------
-    shape : ``(n_rows, n_cols)`` of the grid.
-    target_ids : names of the targets, distinct, 1 to `MAX_TARGETS`.
-    config : the settings.
-    tall : cells of buildings that close flight and sight where the settings ask for it, True where
+    grid
+        The map's cells, or their number as ``(n_rows, n_cols)``, then of 5 m.
+    target_ids
+        Names of the targets, distinct, 1 to `MAX_TARGETS`.
+    config
+        The settings; what it leaves to the size of the map is filled in.
+    tall
+        Cells of buildings that close flight and sight where the settings ask for it, True where
         they stand, shape (H, W).
+    sensor
+        What the robot senses; the fan of the settings when None.
+    motion
+        How moves change the pose; the moves of the settings when None.
 
     Attributes
     ----------
-    actions : the actions in their declared order: forward, left, right, then the finds.
-    fans : cells seen from each heading, relative to the robot's.
-    steps : rows north and columns east of a step forward by heading.
+    actions
+        The actions in their declared order: forward, left, right, then the finds.
+    move_table
+        The outcomes of the moves on the grid.
 
     Raises
     ------
-    InputError : when there is no target or too many, or the sensor sees further than the map.
+    InputError
+        When there is no target or too many, the sensor sees further than the map, or the settings
+        ask for something of a sensor or motion that is given.
     """
 
     def __init__(
         self,
-        shape: tuple[int, int],
+        grid: Grid | tuple[int, int],
         target_ids: tuple[str, ...],
         config: SearchConfig,
         tall: NDArray[np.bool_] | None = None,
+        *,
+        sensor: Sensor | MaskSensor | None = None,
+        motion: Motion | None = None,
     ) -> None:
         if not 1 <= len(target_ids) <= MAX_TARGETS:
             raise InputError(
                 f"{len(target_ids)} targets were given; expected 1 to {MAX_TARGETS}: "
                 "search for the others in a second search"
             )
-        if config.sensor_range_cells > max(shape):
-            raise InputError(
-                f"sensor_range_cells is {config.sensor_range_cells:g}, more than the map, which is "
-                f"{shape[0]} x {shape[1]} cells; expected at most {max(shape)}"
-            )
-        self.n_rows, self.n_cols = shape
-        self.tall = np.zeros(shape, dtype=bool) if tall is None else tall
+        self.grid = grid = grid if isinstance(grid, Grid) else _grid_of(*grid)
+        self.n_rows, self.n_cols = grid.shape
+        self.config = config = config.filled_in(grid.shape)
+        self.tall = np.zeros(grid.shape, dtype=bool) if tall is None else tall
         self.no_fly = frozenset(np.flatnonzero(self.tall).tolist() if config.no_fly else ())
-        self._opaque = frozenset(np.flatnonzero(self.tall).tolist() if config.occlusion else ())
         self.target_ids = target_ids
-        self.config = config
         self.max_finds = config.max_finds or len(target_ids)
         self.all_found = (1 << len(target_ids)) - 1
         self.actions = _actions(target_ids, config.find_each)
-        self._turn = config.turn_deg // 45
-        self.fans = tuple(
-            fan_offsets(h, config.sensor_range_cells, config.sensor_min_range_cells, config.fov_deg)
-            for h in range(HEADINGS)
-        )
-        self.steps = tuple(_step(h, config.step_cells) for h in range(HEADINGS))
-        self._robots: dict[tuple[int, int, int, bool], RobotState] = {}
+        self._given = sensor, motion
+        self.sensor = _fan(grid, config, self.tall) if sensor is None else sensor
+        self.motion = _moves(grid.cell_m, config) if motion is None else motion
+        if sensor is not None:
+            config.refuse_sensor_settings(type(sensor).__name__)
+        if motion is not None:
+            config.refuse_motion_settings(type(motion).__name__)
+        self.move_table: MoveTable = move_table(self.motion, grid.cell_m)
+        self._robots: dict[tuple[int, int, int, bool, bool], RobotState] = {}
         self._views: dict[int, frozenset[int]] = {}
+        self._cells: dict[int, NDArray[np.intp]] = {}
+
+    @classmethod
+    def of_city(
+        cls,
+        city: CityMap,
+        target_ids: tuple[str, ...],
+        config: SearchConfig,
+        *,
+        sensor: Sensor | str | None = None,
+        motion: Motion | None = None,
+    ) -> SearchSpace:
+        """Return the space of a map, with its tall buildings where the settings ask for them.
+
+        Parameters
+        ----------
+        city
+            The map.
+        target_ids, config, motion
+            As in the class.
+        sensor
+            A sensor, or ``FILE.py:NAME`` of one or of what makes one of the map.
+        """
+        if isinstance(sensor, str):
+            sensor = load_sensor(sensor, city)
+        tall = None
+        if config.no_fly or config.occlusion:
+            tall = tall_cells(city, config.flight_height_m)
+        return cls(city.grid, target_ids, config, tall, sensor=sensor, motion=motion)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -110,17 +164,51 @@ class SearchSpace:
         return self.finds[place if self.config.find_each else 0]
 
     def encode(self, row: int, col: int, heading: int) -> int:
-        """Return the number of a pose."""
-        return (row * self.n_cols + col) * HEADINGS + heading
+        """Return the number of a pose.
 
-    def decode(self, pose: int) -> tuple[int, int, int]:
+        Raises
+        ------
+        OutsideMap
+            When there is no such cell.
+        """
+        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
+            raise OutsideMap(
+                f"Cell ({row}, {col}) is outside the grid; expected a row in [0, {self.n_rows}) "
+                f"and a column in [0, {self.n_cols})"
+            )
+        return (row * self.n_cols + col) * HEADINGS + heading % HEADINGS
+
+    def decode(self, number: int) -> tuple[int, int, int]:
         """Return row, column and heading of a pose."""
-        cell, heading = divmod(pose, HEADINGS)
+        cell, heading = divmod(number, HEADINGS)
         return *divmod(cell, self.n_cols), heading
 
-    def robot(self, pose: int, found: int = 0, finds: int = 0, looked: bool = False) -> RobotState:
+    def pose_at(self, number: int) -> Pose:
+        """Return a pose in metres and radians."""
+        row, col, heading = self.decode(number)
+        return Pose(*self.grid.centre_of(row, col), heading * 2 * math.pi / HEADINGS)
+
+    def snap(self, pose: Pose) -> int:
+        """Return the number of the pose nearest to a continuous one.
+
+        Raises
+        ------
+        OutsideMap
+            When it is off the map.
+        """
+        row, col = self.grid.cell_covering(pose[0], pose[1])
+        return self.encode(row, col, round(pose[2] / (2 * math.pi / HEADINGS)))
+
+    def robot(
+        self,
+        pose: int,
+        found: int = 0,
+        finds: int = 0,
+        looked: bool = False,
+        collided: bool = False,
+    ) -> RobotState:
         """Return the robot at a pose; the same object for the same values."""
-        key = pose, found, finds, looked
+        key = pose, found, finds, looked, collided
         robot = self._robots.get(key)
         if robot is None:
             robot = self._robots[key] = RobotState(self, *key)
@@ -130,58 +218,143 @@ class SearchSpace:
         """Tell whether the search ends: all found, or no find left."""
         return found == self.all_found or finds >= self.max_finds
 
+    @property
+    def stochastic(self) -> bool:
+        """Whether moves may slip."""
+        return self.move_table.stochastic
+
+    @property
+    def sees_mask(self) -> bool:
+        """Whether the sensor reports the place of what is in its view."""
+        return isinstance(self.sensor, MaskSensor)
+
+    @property
+    def hit(self) -> float:
+        """Probability of detecting what is in view."""
+        return float(getattr(self.sensor, "true_positive_rate", 1.0))
+
+    @cached_property
+    def _offsets(self) -> tuple[Offsets, ...] | None:
+        return self.sensor.offsets() if isinstance(self.sensor, MaskSensor) else None
+
+    @cached_property
+    def fans(self) -> tuple[Offsets, ...]:
+        """Rows north and columns east of the cells that can be in view, by heading."""
+        if self._offsets is not None:
+            return self._offsets
+        fans: list[set[tuple[int, int]]] = [set() for _ in range(HEADINGS)]
+        for number in range(self.n_cells * HEADINGS):
+            row, col, heading = self.decode(number)
+            for cell in self.view(number):
+                r, c = divmod(cell, self.n_cols)
+                fans[heading].add((r - row, c - col))
+        return tuple(tuple(sorted(fan)) for fan in fans)
+
+    @cached_property
+    def hides(self) -> bool:
+        """Whether less than the fan may be in view from some pose, the map's border aside."""
+        return self.sensor.hides if isinstance(self.sensor, MaskSensor) else True
+
     def view(self, pose: int) -> frozenset[int]:
-        """Return the cells seen from a pose, as flat indices."""
+        """Return the cells in view from a pose, as flat indices."""
         view = self._views.get(pose)
         if view is None:
-            row, col, heading = self.decode(pose)
-            view = self._views[pose] = frozenset(
-                (row + dr) * self.n_cols + col + dc
-                for dr, dc in self.fans[heading]
-                if 0 <= row + dr < self.n_rows
-                and 0 <= col + dc < self.n_cols
-                and not (self._opaque and self._blocked(self._opaque, row, col, dr, dc))
-            )
+            if self._offsets is None or self.hides:
+                seen = np.flatnonzero(self._mask(self.pose_at(pose))).tolist()
+            else:
+                row, col, heading = self.decode(pose)
+                seen = [
+                    (row + dr) * self.n_cols + col + dc
+                    for dr, dc in self._offsets[heading]
+                    if 0 <= row + dr < self.n_rows and 0 <= col + dc < self.n_cols
+                ]
+            view = self._views[pose] = frozenset(seen)
         return view
 
-    def _blocked(self, closed: frozenset[int], row: int, col: int, dr: int, dc: int) -> bool:
-        """Tell whether closed cells stand between a cell and another one."""
-        return any(
-            all((row + r) * self.n_cols + col + c in closed for r, c in choices)
-            for choices in cells_between(dr, dc)
-        )
+    def view_cells(self, pose: int) -> NDArray[np.intp]:
+        """Return the cells in view from a pose, flat indices in order."""
+        cells = self._cells.get(pose)
+        if cells is None:
+            cells = self._cells[pose] = np.array(sorted(self.view(pose)), dtype=np.intp)
+        return cells
 
-    def view_mask(self, pose: int) -> NDArray[np.bool_]:
-        """Return the cells seen from a pose as True, shape (H, W)."""
+    def view_mask(self, pose: int | Pose) -> NDArray[np.bool_]:
+        """Return the cells in view as True, shape (H, W), from a pose by number or in metres."""
+        if isinstance(pose, tuple):
+            return self._mask(pose)
         mask = np.zeros(self.n_cells, dtype=bool)
-        mask[list(self.view(pose))] = True
+        mask[self.view_cells(pose)] = True
         return mask.reshape(self.shape)
 
-    def next_pose(self, index: int, pose: int) -> int:
-        """Return the pose after a move (0 forward, 1 left, 2 right); a blocked step leaves it."""
+    def _mask(self, pose: Pose) -> NDArray[np.bool_]:
+        """Return what the sensor sees from a pose, checked, shape (H, W)."""
+        mask = np.asarray(self.sensor.view(pose))
+        if mask.shape != self.shape or mask.dtype != bool:
+            raise InputError(
+                f"The view of sensor {type(self.sensor).__name__} has shape {mask.shape} and type "
+                f"{mask.dtype}; expected the map's cells, {self.shape}, as bool"
+            )
+        return mask
+
+    def blocks(self, pose: int, rows: int, cols: int) -> bool:
+        """Tell whether a no-fly building stands in the way of a move by so many cells."""
+        if not self.no_fly or not (rows or cols):
+            return False
+        row, col, _ = self.decode(pose)
+        if not (0 <= row + rows < self.n_rows and 0 <= col + cols < self.n_cols):
+            return False
+        end = (row + rows) * self.n_cols + col + cols
+        return end in self.no_fly or is_blocked(self.no_fly, self.n_cols, row, col, rows, cols)
+
+    def displaced(self, pose: int, rows: int, cols: int, turn: int) -> tuple[int, bool]:
+        """Return the pose at an offset, and whether a building stopped the robot before it.
+
+        Off the map and behind a no-fly building there is no pose: the robot stays.
+        """
         row, col, heading = self.decode(pose)
-        if index == 0:
-            row, col = row + self.steps[heading][0], col + self.steps[heading][1]
-            inside = 0 <= row < self.n_rows and 0 <= col < self.n_cols
-            return self.encode(row, col, heading) if inside and not self.collides(pose) else pose
-        turn = self._turn if index == 1 else -self._turn
-        return self.encode(row, col, (heading + turn) % HEADINGS)
+        if not (0 <= row + rows < self.n_rows and 0 <= col + cols < self.n_cols):
+            return pose, False
+        if self.blocks(pose, rows, cols):
+            return pose, True
+        return self.encode(row + rows, col + cols, heading + turn), False
+
+    def moved(self, index: int, pose: int) -> tuple[int, bool]:
+        """Return the most probable pose after a move, and whether the robot collides."""
+        rows, cols, turn = self.move_table.offsets[index, pose % HEADINGS, 0].tolist()
+        return self.displaced(pose, rows, cols, turn)
+
+    def outcomes(self, index: int, pose: int) -> tuple[tuple[float, int, bool], ...]:
+        """Return probability, pose and collision of each outcome of a move."""
+        table, heading = self.move_table, pose % HEADINGS
+        return tuple(
+            (chance, *self.displaced(pose, *offset))
+            for chance, offset in zip(
+                table.chance[index, heading].tolist(),
+                table.offsets[index, heading].tolist(),
+                strict=True,
+            )
+            if chance > 0
+        )
+
+    def next_pose(self, index: int, pose: int) -> int:
+        """Return the most probable pose after a move (0 forward, 1 left, 2 right)."""
+        return self.moved(index, pose)[0]
 
     def collides(self, pose: int) -> bool:
         """Tell whether a step forward would hit a no-fly building, without leaving the map."""
-        if not self.no_fly:
-            return False
-        row, col, heading = self.decode(pose)
-        dr, dc = self.steps[heading]
-        if not (0 <= row + dr < self.n_rows and 0 <= col + dc < self.n_cols):
-            return False
-        end = (row + dr) * self.n_cols + col + dc
-        return end in self.no_fly or self._blocked(self.no_fly, row, col, dr, dc)
+        return bool(self.no_fly) and self.moved(0, pose)[1]
+
+    @property
+    def steps(self) -> tuple[tuple[int, int], ...]:
+        """Rows north and columns east of a step forward, by heading."""
+        rows = self.move_table.offsets[0, :, 0, :2].tolist()
+        return tuple((row, col) for row, col in rows)
 
     def preferences(self, pose: int) -> tuple[bytes, int, int]:
         """Return how `preferred_moves` is looked up: table, offset of the pose, allowed moves."""
         row, col, heading = self.decode(pose)
-        table = _preferences(self.shape, heading, self.steps[heading], self._turn)
+        steps = tuple(tuple(o) for o in self.move_table.offsets[:, heading, 0].tolist())
+        table = _preferences(self.shape, heading, steps)
         corner = (self.n_rows - 1 - row) * (2 * self.n_cols - 1) + self.n_cols - 1 - col
         return table, corner, 0b111 if self.next_pose(0, pose) != pose else 0b110
 
@@ -201,7 +374,49 @@ class SearchSpace:
         return table[corner + self.preference_keys[cell]] & allowed
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return SearchSpace, (self.shape, self.target_ids, self.config, self.tall)
+        sensor, motion = self._given
+        made = self.grid, self.target_ids, self.config, self.tall, sensor, motion
+        return _space, made
+
+
+def _space(
+    grid: Grid,
+    target_ids: tuple[str, ...],
+    config: SearchConfig,
+    tall: NDArray[np.bool_],
+    sensor: Sensor | None,
+    motion: Motion | None,
+) -> SearchSpace:
+    return SearchSpace(grid, target_ids, config, tall, sensor=sensor, motion=motion)
+
+
+def _grid_of(n_rows: int, n_cols: int) -> Grid:
+    """Return a grid of so many cells of 5 m, in the middle of nowhere."""
+    return Grid(0.0, 0.0, (n_cols - 0.5) * 5.0, (n_rows - 0.5) * 5.0)
+
+
+def _fan(grid: Grid, config: SearchConfig, tall: NDArray[np.bool_]) -> FanSensor:
+    return FanSensor(
+        grid,
+        config.sensor_range_cells,
+        config.sensor_min_range_cells,
+        config.fov_deg,
+        tall if config.occlusion else None,
+        true_positive_rate=config.true_positive_rate,
+        false_positive_rate=config.false_positive_rate,
+        position_noise_cells=config.position_noise_cells,
+    )
+
+
+def _moves(cell_m: float, config: SearchConfig) -> ExactMotion:
+    rates = {
+        "stay_rate": config.stay_rate,
+        "overshoot_rate": config.overshoot_rate,
+        "overturn_rate": config.overturn_rate,
+    }
+    if any(rates.values()):
+        return SlippingMotion(cell_m, config.step_cells, config.turn_deg, **rates)
+    return ExactMotion(cell_m, config.step_cells, config.turn_deg)
 
 
 def _actions(target_ids: tuple[str, ...], find_each: bool) -> tuple[SearchAction, ...]:
@@ -213,25 +428,22 @@ def _actions(target_ids: tuple[str, ...], find_each: bool) -> tuple[SearchAction
     return tuple(moves + finds)
 
 
-def _step(heading: int, step_cells: int) -> tuple[int, int]:
-    """Return the rows north and columns east of a step, each rounded to whole cells."""
-    angle = heading * 2 * math.pi / HEADINGS
-    return round(step_cells * math.sin(angle)), round(step_cells * math.cos(angle))
-
-
 @lru_cache(maxsize=64)
-def _preferences(shape: tuple[int, int], heading: int, step: tuple[int, int], turn: int) -> bytes:
+def _preferences(
+    shape: tuple[int, int], heading: int, moves: tuple[tuple[int, int, int], ...]
+) -> bytes:
     """Return the preferred moves by offset of the target, rows then columns, as bit masks."""
+    step, left_by, right_by = moves[0], moves[1][2], moves[2][2]
     row, col = np.mgrid[-(shape[0] - 1) : shape[0], -(shape[1] - 1) : shape[1]]
     nearer = (row - step[0]) ** 2 + (col - step[1]) ** 2 < row**2 + col**2
     bearing = np.arctan2(row, col) - heading * 2 * np.pi / HEADINGS
-    angle = turn * 2 * np.pi / HEADINGS
 
-    def off(by: float) -> NDArray[np.float64]:
+    def off(eighths: int) -> NDArray[np.float64]:
+        by = eighths * 2 * np.pi / HEADINGS
         wrapped: NDArray[np.float64] = np.abs((bearing - by + np.pi) % (2 * np.pi) - np.pi)
         return wrapped
 
     here = (row == 0) & (col == 0)
-    left = ~here & (off(angle) < off(0.0) - 1e-9)
-    right = ~here & (off(-angle) < off(0.0) - 1e-9)
+    left = ~here & (off(left_by) < off(0) - 1e-9)
+    right = ~here & (off(right_by) < off(0) - 1e-9)
     return bytes((nearer | left << 1 | right << 2).astype(np.uint8).ravel())

@@ -75,9 +75,9 @@ class RobotState(ObjectState):
     found : bit mask of the targets found so far.
     finds : how many finds were taken.
     looked : True once the robot has sensed from its pose; a find before that counts for nothing.
+    collided : True when the last move was stopped by a no-fly building.
     ended : True when the search is over.
     view : the cells in view, as flat indices.
-    collides : True when a step forward would hit a no-fly building.
     """
 
     __slots__ = (
@@ -85,7 +85,7 @@ class RobotState(ObjectState):
         "_next",
         "_prefer",
         "_space",
-        "collides",
+        "collided",
         "ended",
         "finds",
         "found",
@@ -98,13 +98,21 @@ class RobotState(ObjectState):
     finds: int
     looked: bool
     ended: bool
+    collided: bool
     view: frozenset[int]
-    collides: bool
     _space: SearchSpace
     _next: list[RobotState | None]
     _prefer: tuple[bytes, int, int]
 
-    def __init__(self, space: SearchSpace, pose: int, found: int, finds: int, looked: bool) -> None:
+    def __init__(
+        self,
+        space: SearchSpace,
+        pose: int,
+        found: int,
+        finds: int,
+        looked: bool,
+        collided: bool = False,
+    ) -> None:
         row, col, heading = space.decode(pose)
         attributes = {
             "cell": (row, col),
@@ -112,6 +120,7 @@ class RobotState(ObjectState):
             "found": found,
             "finds": finds,
             "looked": looked,
+            "collided": collided,
         }
         super().__init__("robot", attributes)
         derived = {
@@ -120,12 +129,12 @@ class RobotState(ObjectState):
             "finds": finds,
             "looked": looked,
             "ended": space.is_over(found, finds),
+            "collided": collided,
             "view": space.view(pose),
-            "collides": space.collides(pose),
             "_space": space,
             "_next": [None] * 3,
             "_prefer": space.preferences(pose),
-            "_hash": hash((pose, found, finds, looked)),
+            "_hash": hash((pose, found, finds, looked, collided)),
         }
         for name, value in derived.items():
             object.__setattr__(self, name, value)
@@ -145,13 +154,16 @@ class RobotState(ObjectState):
         return self.pose & 7
 
     def moved(self, index: int) -> RobotState:
-        """Return the robot after the move with this index (0 forward, 1 left, 2 right)."""
+        """Return the robot after the likeliest outcome of a move (0 forward, 1 left, 2 right)."""
         after = self._next[index]
         if after is None:
-            pose = self._space.next_pose(index, self.pose)
-            after = self._space.robot(pose, self.found, self.finds, looked=True)
+            after = self.at(*self._space.moved(index, self.pose))
             self._next[index] = after
         return after
+
+    def at(self, pose: int, collided: bool = False) -> RobotState:
+        """Return the robot after a move that led to a pose."""
+        return self._space.robot(pose, self.found, self.finds, looked=True, collided=collided)
 
     def marked(self, marks: int) -> RobotState:
         """Return the robot after a find that marks the targets of a bit mask."""
@@ -164,6 +176,7 @@ class RobotState(ObjectState):
             and self.found == other.found
             and self.finds == other.finds
             and self.looked == other.looked
+            and self.collided == other.collided
         )
 
     def __ne__(self, other: object) -> bool:
@@ -173,11 +186,12 @@ class RobotState(ObjectState):
         return self._hash  # type: ignore[no-any-return, attr-defined]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _robot, (self._space, self.pose, self.found, self.finds, self.looked)
+        values = self.pose, self.found, self.finds, self.looked, self.collided
+        return _robot, (self._space, *values)
 
 
-def _robot(space: SearchSpace, pose: int, found: int, finds: int, looked: bool) -> RobotState:
-    return space.robot(pose, found, finds, looked)
+def _robot(space: SearchSpace, *values: Any) -> RobotState:
+    return space.robot(*values)
 
 
 class TargetState(ObjectState):
@@ -284,23 +298,33 @@ _set_cells: Callable[[SearchState, tuple[int, ...]], None] = SearchState.__dict_
 class SearchObservation(Observation):
     """What one step showed.
 
-    Attributes
+    Parameters
     ----------
-    seen : flat index of the cell at which each unfound target was seen, or -1.
-    found : bit mask of the targets found so far; a find tells its outcome.
-    any : True when some target was seen.
+    seen
+        Report of each target: the flat index of the cell at which it was seen, or -1; of a sensor
+        that sees no mask, whatever it reports, hashable.
+    found
+        Bit mask of the targets found so far; a find shows its outcome.
+    pose
+        Number of the pose that was reached, where moves may slip; else -1.
+    some
+        Whether some target was seen; from `seen` when None.
     """
 
-    __slots__ = ("_hash", "any", "found", "seen")
-    seen: tuple[int, ...]
+    __slots__ = ("_hash", "any", "found", "pose", "seen")
+    seen: tuple[Any, ...]
     found: int
+    pose: int
     any: bool
 
-    def __init__(self, seen: tuple[int, ...], found: int) -> None:
+    def __init__(
+        self, seen: tuple[Any, ...], found: int, pose: int = -1, *, some: bool | None = None
+    ) -> None:
         object.__setattr__(self, "seen", seen)
         object.__setattr__(self, "found", found)
-        object.__setattr__(self, "any", max(seen) >= 0)
-        object.__setattr__(self, "_hash", hash((seen, found)))
+        object.__setattr__(self, "pose", pose)
+        object.__setattr__(self, "any", max(seen) >= 0 if some is None else some)
+        object.__setattr__(self, "_hash", hash((seen, found, pose)))
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = _same
@@ -310,6 +334,7 @@ class SearchObservation(Observation):
             isinstance(other, SearchObservation)
             and self.seen == other.seen
             and self.found == other.found
+            and self.pose == other.pose
         )
 
     def __ne__(self, other: object) -> bool:
@@ -324,4 +349,8 @@ class SearchObservation(Observation):
     __str__ = __repr__
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return SearchObservation, (self.seen, self.found)
+        return _observation, (self.seen, self.found, self.pose, self.any)
+
+
+def _observation(seen: tuple[Any, ...], found: int, pose: int, some: bool) -> SearchObservation:
+    return SearchObservation(seen, found, pose, some=some)

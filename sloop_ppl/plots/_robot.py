@@ -38,12 +38,12 @@ def is_find(action: str) -> bool:
     return str(action).startswith("find")
 
 
-def robot_path(heading_deg: float) -> Path:
+def robot_path(heading_rad: float) -> Path:
     """Return the robot's marker, an arrow head that points where it faces."""
     from matplotlib.path import Path
 
     corners = np.array([(1.0, 0.0), (-0.75, 0.68), (-0.38, 0.0), (-0.75, -0.68), (1.0, 0.0)])
-    c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+    c, s = math.cos(heading_rad), math.sin(heading_rad)
     return Path(corners @ np.array([[c, s], [-s, c]]), closed=True)
 
 
@@ -52,7 +52,7 @@ def sparse_steps(poses: Sequence[Any], side_m: float, most: int = 14) -> list[in
 
     Parameters
     ----------
-    poses : ``(x_m, y_m, heading_deg)`` by step.
+    poses : ``(x_m, y_m, heading_rad)`` by step.
     side_m : side of the map, metres.
     most : how many to number at most.
     """
@@ -94,7 +94,7 @@ def draw_path(ax: Axes, poses: Sequence[Any]) -> list[Any]:
     y = [float(p[1]) for p in poses]
     halo = [withStroke(linewidth=3.0 * k, foreground=PAPER, alpha=0.85)]
     ax.add_line(Line2D(x, y, color=colour, lw=1.5 * k, path_effects=halo, zorder=4.0))
-    distinct = dict.fromkeys((float(p[0]), float(p[1]), float(p[2]) % 360.0) for p in poses)
+    distinct = dict.fromkeys((float(p[0]), float(p[1]), float(p[2]) % math.tau) for p in poses)
     for px, py, heading in distinct:
         mark = robot_path(heading)
         ax.add_line(

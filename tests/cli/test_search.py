@@ -49,7 +49,11 @@ def test_words_on_the_way_are_told_and_kept(tmp_path, capsys):
     _, err = run(capsys, *SEARCH[:-1], "80,80", "--steps", "3", "--out", out,
                  "--say", "1=it is near the hat factory", "--say", "100=it is near velvet dog",
                  "--say", "0=it is south of velvet dog")  # fmt: skip
-    lines = err.splitlines()
+    note, *lines = err.splitlines()
+    assert note == (
+        "100% of the belief of GreenToyota cannot be brought into view within 3 steps from this "
+        "start: allow more steps, or start elsewhere"
+    )
     assert lines[1] == "     told: “it is near the hat factory”"
     assert lines[-1] == "never said, for the search ended after 3 steps: “it is near velvet dog”"
     told = json.loads(out.read_text())

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import random
 
+import numba
 import numpy as np
 import pytest
 from support.small_searches import agent_of, space_of
@@ -19,9 +20,13 @@ from sloop_ppl.planning import (
     SearchTransitionModel,
     make_planner,
 )
-from sloop_ppl.planning import native_rules as native
-from sloop_ppl.planning.fast import NO_MODEL, NativePouct
-from sloop_ppl.planning.native_search import NativeSearch
+from sloop_ppl.planning import _search_kernel as native
+from sloop_ppl.planning._search_kernel import NativeSearch
+from sloop_ppl.planning.native_pouct import NO_MODEL, NativePouct
+
+legal = numba.njit(lambda data, state: native.legal(data, state))
+policy = numba.njit(lambda data, state, random: native.policy(data, state, random))
+step = numba.njit(lambda data, state, action, random: native.step(data, state, action, random))
 
 WALLS = np.random.default_rng(8).random((11, 13)) < 0.15
 DOMAINS = [
@@ -55,9 +60,9 @@ def test_machine_code_and_plain_models_agree_in_25000_random_steps(domain):
             vector[:7] = row, col, state.robot.heading, 0, 0, 0, 0
             vector[7::2], vector[8::2] = np.divmod(cells, space.n_cols)
         legal = choosing.get_all_actions(state)
-        assert native.legal(model.data, vector) == sum(1 << a.index for a in legal)
+        assert legal(model.data, vector) == sum(1 << a.index for a in legal)
         wanted = published.rollout(state, history)
-        chosen = native.policy(model.data, vector, stream)
+        chosen = policy(model.data, vector, stream)
         if wanted.index >= 3 or chosen >= 3:
             assert wanted.index == chosen
         else:
@@ -71,7 +76,7 @@ def test_machine_code_and_plain_models_agree_in_25000_random_steps(domain):
         action = wanted if rng.random() < 0.3 else rng.choice(legal)
         after = transition.sample(state, action)
         observation = observing.sample(after, action)
-        reward, key, over = native.step(model.data, vector, action.index, stream)
+        reward, key, over = step(model.data, vector, action.index, stream)
         assert reward == rewarding.sample(state, action, after)
         assert key == model.key(observation)
         assert over == after.robot.ended
@@ -103,7 +108,7 @@ def test_machine_codes_noise_has_the_probabilities_of_the_plain_model(noise):
     counts: dict[int, int] = {}
     for _ in range(n):
         vector = np.array([5, 6, 7, 0, 0, 1, 0, *divmod(cell, 13)], dtype=np.int64)
-        _, key, _ = native.step(model.data, vector, 1, stream)
+        _, key, _ = step(model.data, vector, 1, stream)
         counts[key] = counts.get(key, 0) + 1
     state = SearchState(space.robot(space.encode(5, 6, 0), looked=True), (cell,))
     for seen in range(-1, space.n_cells):

@@ -9,10 +9,16 @@ from support.small_searches import space_of
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
-from sloop_ppl.planning import SearchConfig, SearchRewardModel, SearchState, run_search
+from sloop_ppl.planning import (
+    SearchConfig,
+    SearchRewardModel,
+    SearchState,
+    SearchTransitionModel,
+    run_search,
+)
 from sloop_ppl.planning.obstacles import height_m, tall_cells
 from sloop_ppl.planning.pose_tables import next_poses, visible_mass
-from sloop_ppl.planning.sensing import cells_between
+from sloop_ppl.planning.sensors import cells_between
 
 
 def building(**properties):
@@ -82,7 +88,9 @@ def test_a_no_fly_building_stops_a_step_wherever_it_stands_on_the_way(wall):
     assert space.next_pose(0, pose) == pose
     assert next_poses(space)[0, pose] == pose
     state = SearchState(space.robot(pose), (0,))
-    assert SearchRewardModel(space).sample(state, space.actions[0], state) == -1000
+    after = SearchTransitionModel(space).sample(state, space.actions[0])
+    assert after.robot.collided
+    assert SearchRewardModel(space).sample(state, space.actions[0], after) == -1000
     assert SearchRewardModel(space).sample(state, space.actions[1], state) == -10
     edge = SearchState(space.robot(space.encode(6, 4, 2)), (0,))
     assert SearchRewardModel(space).sample(edge, space.actions[0], edge) == -10

@@ -76,7 +76,7 @@ def test_the_title_says_how_it_ended(cleveland: CityMap, changes: dict, message:
 def test_a_search_of_no_steps_can_be_drawn(cleveland: CityMap) -> None:
     still = short_search(
         cleveland,
-        poses=((0.0, 0.0, 90.0),),
+        poses=((0.0, 0.0, math.pi / 2),),
         actions=(),
         observations=(),
         rewards=(),
@@ -101,7 +101,7 @@ def test_seen_cells_are_denser_where_they_were_seen_more_often() -> None:
 
 def test_the_robot_points_where_it_faces() -> None:
     for degrees in (0, 45, 90, 225):
-        tip = np.asarray(robot_path(degrees).vertices)[0]
+        tip = np.asarray(robot_path(math.radians(degrees)).vertices)[0]
         assert math.degrees(math.atan2(tip[1], tip[0])) % 360 == pytest.approx(degrees)
 
 

@@ -1,8 +1,9 @@
-"""pomdp-py's own tree searches, POUCT on the table and POMCP on particles drawn from it."""
+"""pomdp-py's own tree searches: POUCT on the table, POMCP on particles drawn from it."""
 
 from __future__ import annotations
 
 import random
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,16 @@ from sloop_ppl.planning._pomdp import (
     RootVNodeParticles,
 )
 from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.explain import tree_to_json
 from sloop_ppl.planning.models import PublishedRollout, RandomRollout
+from sloop_ppl.planning.planners import RunningPlanner, overridden
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation, SearchState
+from sloop_ppl.rng import scalar_rng
 
-__all__ = ["GridParticles", "PomcpPlanner", "PouctPlanner", "scalar_rng"]
+__all__ = ["GridParticles", "Pomcp", "Pouct"]
 
 
 def _settings(space: SearchSpace, rng: random.Random) -> dict[str, Any]:
@@ -37,7 +41,7 @@ def _settings(space: SearchSpace, rng: random.Random) -> dict[str, Any]:
         RandomRollout(space, rng) if config.rollout == "random" else PublishedRollout(space, rng)
     )
     return {
-        "max_depth": config.depth,
+        "max_depth": config.horizon,
         "num_sims": config.sims,
         "discount_factor": config.discount,
         "exploration_const": config.exploration,
@@ -60,20 +64,47 @@ def _info(name: str, space: SearchSpace, agent: Agent, planner: POUCT, **notes: 
     )
 
 
-class PouctPlanner:
-    """``pomdp_py.POUCT`` on the agent's table; the paper's planner.
+@dataclass(frozen=True)
+class _TreeSearch:
+    """Settings of a tree search; one that is None is the search's own."""
+
+    sims: int | None = None
+    depth: int | None = None
+    exploration: float | None = None
+    discount: float | None = None
+    rollout: str | None = None
+    tree_depth: int | None = None
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings of the search with the planner's own in their places."""
+        return overridden(config, self)
+
+
+@dataclass(frozen=True)
+class Pouct(_TreeSearch):
+    """Plan with ``pomdp_py.POUCT`` on the agent's table; the paper's planner.
 
     Parameters
     ----------
-    space : the search space.
-    rng : where rollouts draw from.
+    sims, depth, exploration, discount, rollout, tree_depth
+        As in `SearchConfig`, whose values count where None is given.
 
     Notes
     -----
     Source: SLOOP sec. VI. The paper says POMCP, and plans on a histogram, which is POUCT.
     """
 
-    def __init__(self, space: SearchSpace, *, rng: np.random.Generator) -> None:
+    name = "pouct"
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search; rollouts draw from `rng`."""
+        return _PouctRun(space, rng)
+
+
+class _PouctRun:
+    """POUCT in the course of one search."""
+
+    def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
         self._space = space
         self.planner = POUCT(**_settings(space, scalar_rng(rng)))
         self._stale = False
@@ -111,8 +142,9 @@ class GridParticles(Particles):
         return GridParticles(list(self.particles), self._choice.__self__)  # type: ignore[attr-defined]
 
 
-class PomcpPlanner:
-    """``pomdp_py.POMCP`` on particles drawn from the agent's table.
+@dataclass(frozen=True)
+class Pomcp(_TreeSearch):
+    """Plan with ``pomdp_py.POMCP`` on particles drawn from the agent's table.
 
     As many particles as simulations are kept; those that POMCP is short of after a step are
     drawn from the exact table, so that depletion never ends a search. How many were drawn anew
@@ -120,11 +152,21 @@ class PomcpPlanner:
 
     Parameters
     ----------
-    space : the search space.
-    rng : where particles and rollouts are drawn from.
+    sims, depth, exploration, discount, rollout, tree_depth
+        As in `SearchConfig`, whose values count where None is given.
     """
 
-    def __init__(self, space: SearchSpace, *, rng: np.random.Generator) -> None:
+    name = "pomcp"
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search; particles and rollouts draw from `rng`."""
+        return _PomcpRun(space, rng)
+
+
+class _PomcpRun:
+    """POMCP in the course of one search."""
+
+    def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
         self._rng = scalar_rng(rng)
         self._space = space
         self._wanted = space.config.sims
@@ -182,8 +224,3 @@ class PomcpPlanner:
         if self._agent is not None:
             self._agent.tree = None
             self._agent.set_belief(GridParticles([], self._rng))
-
-
-def scalar_rng(rng: np.random.Generator) -> random.Random:
-    """Return a stdlib generator of the same stream: its scalar draws are ten times cheaper."""
-    return random.Random(int(rng.integers(2**63)))

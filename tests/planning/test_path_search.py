@@ -1,22 +1,39 @@
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 from support.small_searches import agent_of, city_of, space_of
 
-from sloop_ppl.planning import SearchConfig, SearchObservation, make_planner, run_search
-from sloop_ppl.planning.hedge import hedged
-from sloop_ppl.planning.hindsight import (
-    STRETCH,
-    _counted,
-    _estimated,
-    hindsight_bounds,
-    known_worth,
+from sloop_ppl.planning import (
+    PathSearch,
+    SearchConfig,
+    SearchObservation,
+    SearchSpace,
+    make_planner,
+    run_search,
 )
-from sloop_ppl.planning.informed import InformedPlanner
-from sloop_ppl.planning.outlook import believe, outlook_from, outlook_of
+from sloop_ppl.planning._clairvoyant import (
+    STRETCH,
+    clairvoyant_bounds,
+    count_moves,
+    estimate_moves,
+    known_value,
+    rewards_of,
+)
+from sloop_ppl.planning._path_kernel import lift_last, sink_first
+from sloop_ppl.planning._path_map import path_map_of
+from sloop_ppl.planning._value_bound import bound_from, set_mass, value_bound_of
+from sloop_ppl.planning.path_search import sharpened
 from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
-from sloop_ppl.planning.ranking import lift_last, sink_first
+
+bound_at = numba.njit(lambda bound, pose, n_cols: bound_from(bound, pose, n_cols))
+lift = numba.njit(lambda heap, score, size: lift_last(heap, score, size))
+sink = numba.njit(lambda heap, score, size: sink_first(heap, score, size))
+
+
+def bound_of(space):
+    return value_bound_of(space, path_map_of(space))
 
 
 def expected_return(planner, belief, pose, steps=60):
@@ -82,15 +99,15 @@ def test_the_first_way_is_the_greedy_one(settings):
     space = type(plain)((9, 11), ("A",), plain.config, walls)
     for _ in range(20):
         table = rng.dirichlet(np.full(99, 0.1))
-        planner = InformedPlanner(space)
+        planner = PathSearch(space)
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
         pose = agent.belief.robot.pose
         nexts = next_poses(space)
         reach = reach_from(pose, nexts)
-        score = visible_mass(space, [hedged(table, space.config.hedge)]) * 0.95**reach.steps
+        score = visible_mass(space, [sharpened(table, space.config.hedge)]) * 0.95**reach.steps
         score[reach.steps < 0], score[pose] = 0.0, 0.0
         steps = 0
-        for move in planner._hint(planner._worth(agent.belief), pose):
+        for move in planner._hint(planner._objective(agent.belief), pose):
             pose, steps = nexts[move, pose], steps + 1
         assert reach.steps[pose] == steps
         assert score[pose] == pytest.approx(score.max())
@@ -124,11 +141,11 @@ def test_the_best_of_all_paths_is_found(settings):
     walls = rng.random((9, 11)) < 0.15
     plain = space_of((9, 11), sims=2000, depth=5, **settings)
     space = type(plain)((9, 11), ("A",), plain.config, walls)
-    bounds, detours = hindsight_bounds(space), outlook_of(space).detours
+    bounds, around = clairvoyant_bounds(space), bound_of(space).around
 
     def promised(pose, table):
-        if len(detours):
-            return float(table @ detours[pose])
+        if len(around):
+            return float(table @ around[pose])
         row, col, heading = space.decode(pose)
         rows, cols = np.divmod(np.arange(99), 11)
         return float(table @ bounds[heading, rows - row + 8, cols - col + 10])
@@ -136,14 +153,14 @@ def test_the_best_of_all_paths_is_found(settings):
     for _ in range(4):
         table = rng.dirichlet(np.full(99, 0.1))
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
-        planner = InformedPlanner(space)
+        planner = PathSearch(space)
         _, info = planner.plan(agent)
-        table = hedged(table, space.config.hedge)
+        table = sharpened(table, space.config.hedge)
         wanted = best_of_all(space, table, agent.belief.robot.pose, 5, promised)
         assert max(info.values.values()) == pytest.approx(wanted, abs=1e-3)
         assert len(info.notes["path"]) == 5
-        assert (planner._trail.factor == 1).all()
-        assert (planner._trail.lost == 0).all()
+        assert (planner._state.factor == 1).all()
+        assert (planner._state.lost["mass"] == 0).all()
 
 
 @pytest.mark.parametrize("hedge", [0.0, 0.3])
@@ -151,7 +168,7 @@ def test_what_a_path_shows_is_told_under_the_belief_itself(hedge):
     space = space_of((15, 15), sims=200, hedge=hedge, true_positive_rate=0.8, tree_depth=2)
     table = np.random.default_rng(4).dirichlet(np.full(225, 0.1))
     agent = agent_of(space, {"A": table.reshape(15, 15)}, 800)
-    action, info = InformedPlanner(space).plan(agent)
+    action, info = PathSearch(space).plan(agent)
     pose, left = agent.belief.robot.pose, table.copy()
     moves = {move.name: move.index for move in space.moves}
     for move, told in zip(info.notes["path"], info.notes["expected_seen"], strict=True):
@@ -190,16 +207,16 @@ def test_ways_round_walls_are_counted():
     walls = np.random.default_rng(3).random((9, 11)) < 0.2
     plain = space_of((9, 11), no_fly=True, occlusion=True)
     space = type(plain)((9, 11), ("A",), plain.config, walls)
-    detours, nexts = outlook_of(space).detours, next_poses(space)
-    assert detours.shape == (99 * 8, 99)
+    around, nexts = bound_of(space).around, next_poses(space)
+    assert around.shape == (99 * 8, 99)
     views = [space.view(pose) for pose in range(99 * 8)]
     for pose in range(5, 99 * 8, 97):
         steps = reach_from(pose, nexts).steps.astype(float)
         steps[steps < 0], steps[pose] = 99 * 8, 0
         for cell in range(0, 99, 7):
             least = min((steps[p] for p, view in enumerate(views) if cell in view), default=99 * 8)
-            wanted = known_worth(space.config, np.array(least))
-            assert detours[pose, cell] == pytest.approx(float(wanted), rel=1e-5)
+            wanted = known_value(rewards_of(space), np.array(least))
+            assert around[pose, cell] == pytest.approx(float(wanted), rel=1e-5)
 
 
 def test_a_wall_is_gone_round():
@@ -211,7 +228,7 @@ def test_a_wall_is_gone_round():
     plain = space_of((15, 61), no_fly=True, occlusion=True, depth=15, sims=300)
     space = type(plain)((15, 61), ("A",), plain.config, walls)
     agent = agent_of(space, {"A": belief}, space.encode(3, 57, 2), looked=True)
-    planner, nothing = InformedPlanner(space), SearchObservation((-1,), 0)
+    planner, nothing = PathSearch(space), SearchObservation((-1,), 0)
     for _ in range(70):
         action, _ = planner.plan(agent)
         robot = agent.belief.robot.moved(action.index)
@@ -226,7 +243,7 @@ def test_a_wall_is_gone_round():
 def test_what_is_promised_is_mended_as_if_it_were_taken_anew():
     space = space_of((30, 40), sims=400)
     agent = agent_of(space, {"A": np.ones((30, 40))}, space.encode(15, 20, 0))
-    planner = InformedPlanner(space)
+    planner = PathSearch(space)
     nothing = SearchObservation((-1,), 0)
     for _ in range(6):
         action, _ = planner.plan(agent)
@@ -234,23 +251,24 @@ def test_what_is_promised_is_mended_as_if_it_were_taken_anew():
         agent.set_belief(agent.belief.updated(action, nothing, robot))
         agent.update_history(action, nothing)
         planner.update(agent, action, nothing)
-    planner._worth(agent.belief)
-    mended, anew = planner._outlook, outlook_of(space)
+    planner._objective(agent.belief)
+    mended, anew = planner._bound, bound_of(space)
     assert mended.n_taken[0] > 100
-    believe(anew, mended.mass.copy(), space.n_cols)
-    for pose in mended.taken[: mended.n_taken[0]]:
-        assert outlook_from(anew, pose, space.n_cols) == pytest.approx(mended.sums[pose])
+    set_mass(anew, mended.blocks["mass"].copy(), space.n_cols)
+    for pose in mended.taken["pose"][: mended.n_taken[0]]:
+        value = bound_at(anew, np.int64(pose), space.n_cols)
+        assert value == pytest.approx(mended.taken["sum"][pose])
 
 
 def test_the_heap_gives_the_highest_first_and_the_lower_number_of_equals():
     score = np.random.default_rng(0).integers(8, size=60).astype(float)
-    heap = np.arange(60, dtype=np.int32)
+    heap = np.arange(60)
     for size in range(1, 61):
-        lift_last(heap, score, size)
+        lift(heap, score, size)
     order = []
     for size in range(60, 0, -1):
         order.append(int(heap[0]))
-        sink_first(heap, score, size)
+        sink(heap, score, size)
     assert order == sorted(range(60), key=lambda i: (-score[i], i))
 
 
@@ -258,15 +276,16 @@ def test_the_heap_gives_the_highest_first_and_the_lower_number_of_equals():
 def test_few_simulations_make_a_plan_too(sims):
     space = space_of((9, 11), sims=sims)
     agent = agent_of(space, {"A": np.ones((9, 11))}, 300)
-    action, info = InformedPlanner(space).plan(agent)
+    action, info = PathSearch(space).plan(agent)
     assert action in space.moves
     assert info.sims <= max(2 * sims, 3)
 
 
 def test_who_knows_where_the_target_is_earns_what_the_moves_leave():
     space = space_of((9, 11))
-    counted = _counted(space, (17, 21))
-    bounds = hindsight_bounds(space)
+    moves = space.move_table.offsets[:, :, 0]
+    counted = count_moves((17, 21), moves, space.fans)
+    bounds = clairvoyant_bounds(space)
     east, here = 0, (8, 10)
     assert counted[east][here[0], here[1] + 3] == 0  # in view
     assert counted[east][here[0], here[1] + 6] == 1  # one step
@@ -275,8 +294,20 @@ def test_who_knows_where_the_target_is_earns_what_the_moves_leave():
     assert bounds[0][here[0], here[1] + 3] == 1000
     once = 0.95**STRETCH
     assert bounds[0][here[0], here[1] + 6] == pytest.approx(once * 1000 - 10 * (1 - once) / 0.05)
-    guessed = [_estimated(space, (17, 21), heading) for heading in range(8)]
+    guessed = [estimate_moves((17, 21), moves, space.fans, heading) for heading in range(8)]
     assert np.abs(np.array(guessed) - counted).mean() < 1.5
+
+
+@pytest.mark.parametrize("settings", [{}, {"turn_deg": 90}, {"no_fly": True}])
+def test_next_poses_are_those_of_the_space(settings):
+    walls = np.random.default_rng(5).random((9, 11)) < 0.15
+    space = SearchSpace((9, 11), ("A",), SearchConfig(**settings), walls)
+    nexts, collides = path_map_of(space).next_pose, path_map_of(space).collides
+    for move in range(3):
+        for pose in range(9 * 11 * 8):
+            after, stopped = space.moved(move, pose)
+            assert nexts[move, pose] == after
+            assert bool(len(collides) and collides[move, pose]) == stopped
 
 
 @pytest.mark.parametrize("noise", [{"true_positive_rate": 0.7}, {"false_positive_rate": 0.05}])
