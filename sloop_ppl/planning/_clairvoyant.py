@@ -158,7 +158,7 @@ def count_moves(
         # All origins of the frontier: one range of `origins` for each of its poses.
         begins, counts = starts[frontier], starts[frontier + 1] - starts[frontier]
         shift = np.repeat(begins - np.cumsum(counts) + counts, counts)
-        around = np.unique(origins[shift + np.arange(len(shift))])
+        around = np.unique(origins[shift + np.arange(len(shift))]).astype(np.int64)
         frontier = around[left[around]]
     # From a pose at (r, c) the middle is at the offset (middle - r, middle - c).
     return steps.reshape(rows, cols, HEADINGS)[::-1, ::-1].transpose(2, 0, 1)

@@ -80,7 +80,7 @@ def callable_part(function: F) -> F:
     return cast("F", _njit(**{**PART_OPTIONS, "no_cpython_wrapper": False})(function))
 
 
-class _ForgivingCache(FunctionCache):  # type: ignore[misc]
+class _ForgivingCache(FunctionCache):
     """numba's cache of one function, for which whatever cannot be loaded is not there.
 
     numba itself compares the function's own file alone with what it was when the machine code was
@@ -100,7 +100,7 @@ class _ForgivingCache(FunctionCache):  # type: ignore[misc]
         """Return the machine code of a signature, or None."""
         try:
             return super().load_overload(sig, target_context)
-        except Exception as error:  # noqa: BLE001 - unpickling and linking can raise anything
+        except Exception as error:  # unpickling and linking can raise anything
             _log.info("compiling %s anew: %r", self._name, error)
         try:
             self.flush()  # else saving would stumble over the same index
@@ -112,7 +112,7 @@ class _ForgivingCache(FunctionCache):  # type: ignore[misc]
         """Keep the machine code of a signature, where that can be done."""
         try:
             super().save_overload(sig, data)
-        except Exception as error:  # noqa: BLE001 - another process may write the same index
+        except Exception as error:  # another process may write the same index
             _log.info("the machine code of %s was not kept: %r", self._name, error)
 
 
@@ -146,7 +146,7 @@ def notify_compiling(callback: Callable[[], None]) -> Iterator[None]:
         yield
 
 
-class _Listener(event.Listener):  # type: ignore[misc]
+class _Listener(event.Listener):
     """Tells the first of our functions that is compiled."""
 
     def __init__(self, callback: Callable[[], None]) -> None:

@@ -330,9 +330,9 @@ def _extend(
     showed less than the two turns cost.
     """
     here, barred = tree[node], -1
-    if objective.hit >= 1.0 and node > 0 and here.move > 0:
-        if objective.right * here.detected < -2.0 * objective.move * here.remaining:
-            barred = 3 - here.move
+    unpaid = objective.right * here.detected < -2.0 * objective.move * here.remaining
+    if objective.hit >= 1.0 and node > 0 and here.move > 0 and unpaid:
+        barred = 3 - here.move
     for move in range(3):
         after = int64(path_map.next_pose[move, here.pose])
         if move == barred or (objective.hit >= 1.0 and after == here.pose):

@@ -132,7 +132,7 @@ def new_scouts(n_poses: int) -> Scouts:
 
 @jit
 def greedy_path(
-    path_map: PathMap, objective: Objective, start: int, scouts: Scouts, moves: NDArray[np.int32]
+    path_map: PathMap, objective: Objective, start: int, scouts: Scouts, moves: NDArray[np.int64]
 ) -> int:
     """Fill in the moves to the pose with the most discounted mass in view; return how many.
 

@@ -101,13 +101,13 @@ def value_bound_of(space: SearchSpace, path_map: PathMap) -> ValueBound:
 def target_bound(value_bound: ValueBound, block: int, pose: int, row: int, col: int) -> float:
     """Return v(p, b), what one target in a block is worth from a pose, at `row` and `col`."""
     if len(value_bound.around) > 0:
-        worth: float = value_bound.around[pose, block]
-        return worth
-    bound, middle = value_bound.bound, value_bound.blocks[block]
-    north = middle.row - row + (bound.shape[1] - 1) // 2
-    east = middle.col - col + (bound.shape[2] - 1) // 2
-    worth = bound[pose & 7, north, east]
-    return worth
+        value: float = value_bound.around[pose, block]
+    else:
+        bound, middle = value_bound.bound, value_bound.blocks[block]
+        north = middle.row - row + (bound.shape[1] - 1) // 2
+        east = middle.col - col + (bound.shape[2] - 1) // 2
+        value = bound[pose & 7, north, east]
+    return value
 
 
 @inlined

@@ -47,9 +47,7 @@ def warm_up() -> WarmUp:
     tall = np.zeros((9, 9), dtype=bool)
     tall[4, 4] = True
     space = SearchSpace((9, 9), ("T",), SearchConfig(sims=50, no_fly=True), tall)
-    belief = GridBelief(
-        space, {"T": np.ones((9, 9))}, space.robot(0), rng=np.random.default_rng(0)
-    )
+    belief = GridBelief(space, {"T": np.ones((9, 9))}, space.robot(0), rng=np.random.default_rng(0))
     agent: Any = SimpleNamespace(belief=belief, history=())
     PathSearch(space).plan(agent)
     planner = NativePouct(NativeSearch(space), sims=50, rng=np.random.default_rng(0))
