@@ -18,7 +18,7 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from sloop_ppl.planning._compile import PART_OPTIONS, callable_part, called, inlined, uncached
+from sloop_ppl.planning._compile import PART_OPTIONS, callable_part, uncached
 from sloop_ppl.planning._pomdp import Agent
 
 __all__ = [
@@ -148,7 +148,8 @@ def _generic_rollout(
     return total
 
 
-generic_rollout = called(_generic_rollout)
+# numba compiles what `native_step` stands for once per set of options, so these are those of `grow`.
+generic_rollout = uncached(_generic_rollout)
 
 
 def register_native(data_class: type, functions: NativeFunctions) -> None:
@@ -169,11 +170,8 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
     def plain(function: Callable[..., Any]) -> Callable[..., Any]:
         return getattr(function, "py_func", function)  # of one that is compiled already
 
-    draw, legal, policy = (plain(f) for f in (functions.draw, functions.legal, functions.policy))
-    step = inlined(plain(functions.step))  # called from two places, so compiled apart from them
-    # An entry from Python of its own keeps LLVM from making the long rollout a part of its caller,
-    # where its numbers would not find enough registers: 5 % of the simulations.
-    rollout = uncached(functions.rollout or _generic_rollout)
+    draw, legal, step, policy = (plain(function) for function in functions[:4])
+    rollout = plain(functions.rollout or _generic_rollout)
 
     # numba calls each of these with types; what is returned is compiled in place of the call.
 
@@ -187,9 +185,7 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
 
     @_overload(native_step)
     def _(data: Any, state: Any, action: Any, random: Any) -> Any:  # noqa: ARG001
-        if not ours(data):
-            return None
-        return lambda data, state, action, random: step(data, state, action, random)
+        return step if ours(data) else None
 
     @_overload(native_policy)
     def _(data: Any, state: Any, random: Any) -> Any:  # noqa: ARG001
@@ -197,11 +193,7 @@ def register_native(data_class: type, functions: NativeFunctions) -> None:
 
     @_overload(native_rollout)
     def _(data: Any, state: Any, level: Any, depth: Any, discount: Any, random: Any) -> Any:  # noqa: ARG001
-        if not ours(data):
-            return None
-        return lambda data, state, level, depth, discount, random: rollout(
-            data, state, level, depth, discount, random
-        )
+        return rollout if ours(data) else None
 
 
 def _overload(stub: Callable[..., Any]) -> Callable[[T], T]:
