@@ -149,8 +149,9 @@ def run_search(
     record = Record(space, keep_beliefs)
     record.begin(pose, agent.belief)
     notes = (*space.config.size_notes(config), *unreachable_notes(agent.belief))
-    for note in notes if notify is not None else ():
-        notify(note)
+    if notify is not None:
+        for note in notes:
+            notify(note)
 
     def so_far() -> Episode:
         return Episode(
