@@ -99,17 +99,21 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
         ),
         (
             ["--planner", "mine.py:Broken"],
-            "Planner 'mine.py:Broken' fails in plan at line 21: ZeroDivisionError: division by zero",
+            "'mine.py:Broken' fails in plan at line 21: ZeroDivisionError: division by zero",
         ),
         (
             ["--planner", "mine.py:Disk"],
-            "Planner 'mine.py:Disk' is a Disk; expected a planner's name, or an object with a "
-            "method plan(agent) that returns an action",
+            (
+                "Planner 'mine.py:Disk' is a Disk; expected a planner's name, or an object with a "
+                "method plan(agent) that returns an action"
+            ),
         ),
         (
             ["--planner", "mine.py:Straigt"],
-            "Planner of mine.py 'Straigt' is unknown; expected one of few, Straight, Undecided, "
-            "Broken; did you mean 'Straight'?",
+            (
+                "Planner of mine.py 'Straigt' is unknown; expected one of few, Straight, Undecided, "
+                "Broken; did you mean 'Straight'?"
+            ),
         ),
         (
             ["--planner", "yours.py:Any"],
@@ -117,8 +121,10 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
         ),
         (
             ["--sensor", "mine.py:Small"],
-            "The view of sensor Small has shape (2, 2) and type bool; expected the map's cells, "
-            "(41, 41), as bool",
+            (
+                "The view of sensor Small has shape (2, 2) and type bool; expected the map's cells, "
+                "(41, 41), as bool"
+            ),
         ),
         (
             ["--sensor", "mine.py:Dead"],
@@ -126,14 +132,18 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
         ),
         (
             ["--sensor", "mine.py:Straight"],
-            "Sensor 'mine.py:Straight' is a Straight; expected an object with the methods "
-            "view(pose), log_likelihood(pose, report) and sample(pose, places, rng), such as a "
-            "MaskSensor",
+            (
+                "Sensor 'mine.py:Straight' is a Straight; expected an object with the methods "
+                "view(pose), log_likelihood(pose, report) and sample(pose, places, rng), such as a "
+                "MaskSensor"
+            ),
         ),
         (
             ["--sensor", "mine.py:Disk", "--range", "5"],
-            "sensor_range_cells is 5.0, but the sensor is a Disk, which has its own; leave "
-            "sensor_range_cells out, or the sensor",
+            (
+                "sensor_range_cells is 5.0, but the sensor is a Disk, which has its own; leave "
+                "sensor_range_cells out, or the sensor"
+            ),
         ),
     ],
 )
