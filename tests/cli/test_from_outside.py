@@ -111,8 +111,8 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
         (
             ["--planner", "mine.py:Straigt"],
             (
-                "Planner of mine.py 'Straigt' is unknown; expected one of few, Straight, Undecided, "
-                "Broken; did you mean 'Straight'?"
+                "Planner of mine.py 'Straigt' is unknown; expected one of few, Straight, "
+                "Undecided, Broken; did you mean 'Straight'?"
             ),
         ),
         (
@@ -122,8 +122,8 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
         (
             ["--sensor", "mine.py:Small"],
             (
-                "The view of sensor Small has shape (2, 2) and type bool; expected the map's cells, "
-                "(41, 41), as bool"
+                "The view of sensor Small has shape (2, 2) and type bool; expected the map's "
+                "cells, (41, 41), as bool"
             ),
         ),
         (
