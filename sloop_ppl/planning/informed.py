@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning.baselines import find_worth
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.drive import drive, no_ways
 from sloop_ppl.planning.episode import PlanInfo
-from sloop_ppl.planning.greedy import find_worth
 from sloop_ppl.planning.ground import Worth, ground_of, reach_of
 from sloop_ppl.planning.hedge import hedged
 from sloop_ppl.planning.outlook import believe, outlook_of
