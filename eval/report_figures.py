@@ -36,7 +36,8 @@ def model_style(model: str, models: tuple[str, ...]) -> dict[str, Any]:
 def completed_figure(results: Results) -> Figure:
     """Draw how many searches had found their target after so many steps, a panel per range."""
     figure, all_axes = panels(len(results.ranges), width=3.1, height=3.2)
-    most = int(results.manifest["searching"]["max_steps"])
+    asked = results.manifest["searching"]["max_steps"]
+    most = int(asked or max(max(t.steps for t in results.trials), 200))
     for axes, range_cells in zip(all_axes, results.ranges, strict=True):
         for model in results.models:
             trials = results.of(model, range_cells)

@@ -129,7 +129,7 @@ class Searching:
     sims : simulations per step.
     rollout : the planner's rollout; its own when None.
     fov_deg : opening of the sensor's fan, degrees.
-    max_steps : steps after which a search ends.
+    max_steps : steps after which a search ends; 200, more on a larger map, when None.
     seed : of all random numbers.
 
     Raises
@@ -142,7 +142,7 @@ class Searching:
     sims: int = 1000
     rollout: str | None = None
     fov_deg: float = 90.0
-    max_steps: int = 200
+    max_steps: int | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:

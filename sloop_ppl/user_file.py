@@ -158,6 +158,8 @@ def load_from_file(
     if not hasattr(file.module, file.name):
         raise UnknownName(f"{kind.lower()} of {file.path.name}", file.name, there)
     value = getattr(file.module, file.name)
+    if inspect.isclass(value) and not accepts(value):
+        raise InputError(f"{kind} '{file.label}' is a {value.__name__}; expected {wanted}")
     if inspect.isclass(value) or (is_function(value) and not accepts(value)):
         with failing(kind, file.label, file.path):
             value = value(*arguments[: len(needed_arguments(value))])

@@ -80,17 +80,17 @@ def belief_report(posterior: Posterior) -> dict[str, Any]:
     }
 
 
-def _reported(report: Any) -> str:
-    """Return where a target was seen, or what a sensor that sees no mask reported of it."""
-    if isinstance(report, tuple) and len(report) == 2:
-        return f"at ({report[0]:g}, {report[1]:g})"
-    return f"reported as {report!r}"
-
-
 def step_line(step: Step) -> str:
     """Return one line on a step: what was done, what was seen, what it earned."""
-    seen = [f"{name} {_reported(at)}" for name, at in step.observation.items() if at is not None]
+    seen, reports = [], []
+    for name, at in step.observation.items():
+        if isinstance(at, tuple) and len(at) == 2:
+            seen.append(f"{name} at ({at[0]:g}, {at[1]:g})")
+        elif at is not None:
+            reports.append(f"{name} {at}")
     told = f"saw {', '.join(seen) or 'nothing'}"
+    if reports:
+        told = f"sensor: {', '.join(reports)}"
     if step.collision:
         told = f"collided; {told}"
     if step.action.startswith("find"):

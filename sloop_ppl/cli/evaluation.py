@@ -134,7 +134,13 @@ def search(
         typer.Option(help="published, random or informed; else the planner's.", show_default=False),
     ] = None,
     fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
-    steps: Annotated[int, typer.Option(help="Steps after which a search ends.")] = 200,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            help="Steps after which a search ends; else 200, more on a larger map.",
+            show_default=False,
+        ),
+    ] = None,
     params: Params = None,
     cv: Cv = None,
     fits: Fits = None,

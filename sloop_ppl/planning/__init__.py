@@ -15,12 +15,12 @@ from sloop_ppl.planning.config import ROLLOUTS, SearchConfig
 if TYPE_CHECKING:
     from sloop_ppl.planning._compile import notify_compiling
     from sloop_ppl.planning._warm_up import warm_up
+    from sloop_ppl.planning.baselines import Greedy, Random
     from sloop_ppl.planning.belief import GridBelief
     from sloop_ppl.planning.environment import Environment, GridEnvironment, Outcome, Report
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
     from sloop_ppl.planning.fast import Fast
     from sloop_ppl.planning.files import read_episode, write_episode
-    from sloop_ppl.planning.greedy import Greedy
     from sloop_ppl.planning.loop import run_search
     from sloop_ppl.planning.models import (
         PublishedRollout,
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from sloop_ppl.planning.sensors import FanSensor, MaskSensor, Sensor, fan_offsets
     from sloop_ppl.planning.space import SearchSpace
     from sloop_ppl.planning.tree_search import Pomcp, Pouct
-    from sloop_ppl.planning.uninformed import Random
     from sloop_ppl.planning.values import (
         RobotState,
         SearchAction,
@@ -125,7 +124,7 @@ _HOMES = {
     "episode": ("Episode", "PlanInfo", "SearchInterrupted", "Step"),
     "fast": ("Fast",),
     "files": ("read_episode", "write_episode"),
-    "greedy": ("Greedy",),
+    "baselines": ("Greedy", "Random"),
     "loop": ("run_search",),
     "models": (
         "PublishedRollout",
@@ -156,7 +155,6 @@ _HOMES = {
     "sensors": ("FanSensor", "MaskSensor", "Sensor", "fan_offsets"),
     "space": ("SearchSpace",),
     "tree_search": ("Pomcp", "Pouct"),
-    "uninformed": ("Random",),
     "values": ("RobotState", "SearchAction", "SearchObservation", "SearchState", "TargetState"),
 }
 

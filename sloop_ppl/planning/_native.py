@@ -148,7 +148,8 @@ def _generic_rollout(
     return total
 
 
-# numba compiles what `native_step` stands for once per set of options, so these are those of `grow`.
+# numba compiles `native_step` once for each set of options of the functions that call it, so these
+# are those of `grow`.
 generic_rollout = uncached(_generic_rollout)
 
 

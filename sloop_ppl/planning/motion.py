@@ -204,7 +204,7 @@ class MoveTable(NamedTuple):
     @property
     def stochastic(self) -> bool:
         """Whether some move has more than one outcome."""
-        return self.offsets.shape[2] > 1
+        return bool(self.offsets.shape[2] > 1)
 
 
 def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:

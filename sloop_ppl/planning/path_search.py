@@ -19,9 +19,9 @@ from sloop_ppl.planning._path_map import (
 )
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
+from sloop_ppl.planning.baselines import find_worth
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.episode import PlanInfo
-from sloop_ppl.planning.greedy import find_worth
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 

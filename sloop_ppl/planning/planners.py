@@ -87,8 +87,8 @@ for _name, _module, _class in (
     ("pouct", "tree_search", "Pouct"),
     ("pomcp", "tree_search", "Pomcp"),
     ("fast", "fast", "Fast"),
-    ("greedy", "greedy", "Greedy"),
-    ("random", "uninformed", "Random"),
+    ("greedy", "baselines", "Greedy"),
+    ("random", "baselines", "Random"),
 ):
     PLANNERS.add_later(_name, f"sloop_ppl.planning.{_module}", _class)
 

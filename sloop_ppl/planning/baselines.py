@@ -1,7 +1,8 @@
-"""Drive towards the pose that promises most belief in view, and find what is seen."""
+"""The planners that look no further: greed, which others are compared with, and chance."""
 
 from __future__ import annotations
 
+import random
 import time
 from dataclasses import dataclass
 
@@ -15,8 +16,9 @@ from sloop_ppl.planning.planners import RunningPlanner
 from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
+from sloop_ppl.rng import scalar_rng
 
-__all__ = ["Greedy", "find_worth"]
+__all__ = ["Greedy", "Random", "find_worth"]
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,43 @@ class _GreedyRun:
 
     def forget(self) -> None:
         """Forget nothing; nothing is kept between decisions."""
+
+
+@dataclass(frozen=True)
+class Random:
+    """Take any valid action, each as likely."""
+
+    name = "random"
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings as they are."""
+        return config
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search; its choices are drawn from `rng`."""
+        del space
+        return _RandomRun(scalar_rng(rng))
+
+
+class _RandomRun:
+    """Random choices in the course of one search."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self._rng = rng
+
+    def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
+        """Return any valid action."""
+        begun = time.perf_counter()
+        state = agent.belief.mpe()
+        actions = agent.valid_actions(state=state, history=agent.history)
+        action: SearchAction = self._rng.choice(actions)
+        return action, PlanInfo("random", seconds=time.perf_counter() - begun)
+
+    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
+        """Learn nothing."""
+
+    def forget(self) -> None:
+        """Forget nothing."""
 
 
 def find_worth(belief: GridBelief, find: SearchAction) -> float:
