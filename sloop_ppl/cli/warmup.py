@@ -13,8 +13,9 @@ def warmup() -> None:
     Where no cache folder can be written, nothing is kept, and each process compiles anew.
     """
     from sloop_ppl.planning import notify_compiling, warm_up
+    from sloop_ppl.planning._compile import COMPILING
 
-    with notify_compiling(lambda: progress("compiling the planner, once after an install")):
+    with notify_compiling(lambda: progress(COMPILING)):
         done = warm_up()
     where = f"kept in {done.folder}" if done.folder else "no cache folder can be written: not kept"
     progress(f"the planner's machine code: {done.seconds:.1f} s, {where}")

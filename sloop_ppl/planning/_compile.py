@@ -16,6 +16,7 @@ from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 __all__ = [
+    "COMPILING",
     "PART_OPTIONS",
     "callable_part",
     "called",
@@ -25,6 +26,9 @@ __all__ = [
     "notify_compiling",
     "uncached",
 ]
+
+COMPILING = "compiling the planner, once after an install; this takes some seconds"
+"""What to say while `notify_compiling` calls back."""
 
 F = TypeVar("F", bound=Callable[..., object])
 

@@ -14,7 +14,7 @@ from sloop_ppl.planning._tree_kernel import grow
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.native_pouct import NativePouct
-from sloop_ppl.planning.path_search import PathSearch
+from sloop_ppl.planning.path_search import RunningPathSearch
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchObservation
 
@@ -49,7 +49,7 @@ def warm_up() -> WarmUp:
     space = SearchSpace((9, 9), ("T",), SearchConfig(sims=50, no_fly=True), tall)
     belief = GridBelief(space, {"T": np.ones((9, 9))}, space.robot(0), rng=np.random.default_rng(0))
     agent: Any = SimpleNamespace(belief=belief, history=())
-    PathSearch(space).plan(agent)
+    RunningPathSearch(space).plan(agent)
     planner = NativePouct(NativeSearch(space), sims=50, rng=np.random.default_rng(0))
     planner.plan(agent)
     planner.update(agent, space.moves[1], SearchObservation((-1,), 0))

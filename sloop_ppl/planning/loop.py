@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -165,21 +167,31 @@ def run_search(
         )
 
     try:
-        while not robot.ended and len(record.actions) < space.config.step_limit:
-            action, info = running.plan(agent)
-            info = replace(info, expected=expected_sightings(agent.belief))
-            outcome = checked_outcome(space, action, environment.execute(action))
-            after = robot_after(space, robot, action, outcome)
-            observation = observation_of(space, action, after, outcome)
-            _learn(agent, running, action, observation, after, outcome, on_observation)
-            reward = reward_model.of(robot, action, after)
-            robot = after
-            step = record.add(action, outcome, reward, agent.belief, info)
-            if on_step is not None:
-                on_step(step)
+        with _noting_compilation(notify):
+            while not robot.ended and len(record.actions) < space.config.step_limit:
+                action, info = running.plan(agent)
+                info = replace(info, expected=expected_sightings(agent.belief))
+                outcome = checked_outcome(space, action, environment.execute(action))
+                after = robot_after(space, robot, action, outcome)
+                observation = observation_of(space, action, after, outcome)
+                _learn(agent, running, action, observation, after, outcome, on_observation)
+                reward = reward_model.of(robot, action, after)
+                robot = after
+                step = record.add(action, outcome, reward, agent.belief, info)
+                if on_step is not None:
+                    on_step(step)
     except KeyboardInterrupt:
         raise SearchInterrupted(so_far()) from None
     return so_far()
+
+
+def _noting_compilation(notify: Callable[[str], None] | None) -> AbstractContextManager[None]:
+    """Say once that machine code is compiled, where the planner runs any."""
+    if notify is None or "numba" not in sys.modules:
+        return nullcontext()
+    from sloop_ppl.planning._compile import COMPILING, notify_compiling
+
+    return notify_compiling(lambda: notify(COMPILING))
 
 
 def _refuse_with_environment(environment: Any, start: object) -> None:

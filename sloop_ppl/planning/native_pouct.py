@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sloop_ppl.errors import InputError
 from sloop_ppl.planning._native import NativeFunctions, NativeModel, register_native, uniform
 from sloop_ppl.planning._pomdp import POUCT, Agent, Planner
-from sloop_ppl.planning._search_kernel import SearchBelief
+from sloop_ppl.planning._search_kernel import NativeSearch, SearchBelief
 from sloop_ppl.planning._search_tables import SearchData
 from sloop_ppl.planning._tree_kernel import (
     Budget,
@@ -22,8 +25,13 @@ from sloop_ppl.planning._tree_kernel import (
     new_scratch,
     new_tree,
 )
+from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.explain import flat_tree_to_json
+from sloop_ppl.planning.planners import RunningPlanner
+from sloop_ppl.planning.space import SearchSpace
+from sloop_ppl.planning.tree_search import PouctFallback
+from sloop_ppl.planning.values import SearchAction
 
 __all__ = ["NativeFunctions", "NativeModel", "NativePouct", "register_native", "uniform"]
 
@@ -45,9 +53,10 @@ class NativePouct(Planner):
         transition model. An agent without one is planned for by ``pomdp_py.POUCT``, with a
         warning in the log and a note in `last_info`.
     sims, depth, discount, exploration
-        As in `SearchConfig`.
+        As in `SearchConfig`. Where None is given, a search's own count; for a domain of one's own
+        they are 1000, 30, 0.95 and 1000.
     rng
-        Where the seed of the simulations comes from.
+        Where the seed of the simulations comes from; a search has its own.
     rollout_policy
         Rollout policy of the fallback; the agent's policy model when None.
     tree_depth
@@ -68,24 +77,49 @@ class NativePouct(Planner):
         self,
         model: NativeModel | None = None,
         *,
-        sims: int = 1000,
-        depth: int = 30,
-        discount: float = 0.95,
-        exploration: float = 1000.0,
-        rng: np.random.Generator,
+        sims: int | None = None,
+        depth: int | None = None,
+        discount: float | None = None,
+        exploration: float | None = None,
+        rng: np.random.Generator | None = None,
         rollout_policy: Any = None,
-        tree_depth: int = 0,
+        tree_depth: int | None = None,
     ) -> None:
-        self.tree_depth = tree_depth
+        own = {
+            "sims": sims,
+            "depth": depth,
+            "discount": discount,
+            "exploration": exploration,
+            "tree_depth": tree_depth,
+        }
+        self._own = {name: value for name, value in own.items() if value is not None}
+        used = SearchConfig(**self._own)  # type: ignore[arg-type]
+        self.tree_depth = used.tree_depth
         self.model = model
         self._rollout_policy = rollout_policy
         self._fallback: POUCT | None = None
-        self.budget = Budget(sims, depth, float(discount), float(exploration))
-        self._random = rng.integers(2**63, size=1, dtype=np.uint64)
-        self._scratch = new_scratch(depth)
+        self.budget = Budget(used.sims, used.horizon, float(used.discount), float(used.exploration))
+        self._random: NDArray[np.uint64] | None = None
+        if rng is not None:
+            self._random = rng.integers(2**63, size=1, dtype=np.uint64)
+        self._scratch = new_scratch(used.horizon)
         self._tree: FlatTree | None = None
         self._size = 0
         self.last_info = PlanInfo("fast")
+
+    @property
+    def name(self) -> str:
+        """What the planner is called in episodes: ``fast``, of which it is one half."""
+        return "fast"
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings of a search with the planner's own in their places."""
+        rollout = "random" if config.rollout == "random" else "published"
+        return replace(config, rollout=rollout, **self._own)  # type: ignore[arg-type]
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search; simulations draw from `rng`."""
+        return _NativeRun(space, rng) if space.sees_mask else PouctFallback(space, rng)
 
     @property
     def updates_agent_belief(self) -> bool:
@@ -98,6 +132,11 @@ class NativePouct(Planner):
         model = self.model or getattr(agent.transition_model, "native", None)
         if model is None:
             return self._fall_back(agent)
+        if self._random is None:
+            raise InputError(
+                "NativePouct has nothing to draw its simulations from; give it rng=, a generator "
+                "of numpy"
+            )
         self.model = model
         tree = self._roomy(len(model.actions))
         belief = model.belief(agent)
@@ -181,3 +220,25 @@ class NativePouct(Planner):
             compact(self._tree, self._size, 0, larger)
             self._tree = larger
         return self._tree
+
+
+class _NativeRun:
+    """`NativePouct` in the course of one search."""
+
+    def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
+        config = space.config
+        self._inner = NativePouct(
+            NativeSearch(space),
+            sims=config.sims,
+            depth=config.horizon,
+            discount=config.discount,
+            exploration=config.exploration,
+            rng=rng,
+            tree_depth=config.tree_depth,
+        )
+        self.update, self.forget = self._inner.update, self._inner.forget
+
+    def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
+        """Return the best action."""
+        action: SearchAction = self._inner.plan(agent)
+        return action, self._inner.last_info

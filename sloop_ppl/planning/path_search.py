@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,14 @@ from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
 from sloop_ppl.planning.baselines import find_worth
 from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
+from sloop_ppl.planning.planners import RunningPlanner, overridden
 from sloop_ppl.planning.space import SearchSpace
+from sloop_ppl.planning.tree_search import PouctFallback
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 
-__all__ = ["PathSearch", "sharpened"]
+__all__ = ["PathSearch", "RunningPathSearch", "sharpened"]
 
 SIMS_A_LEVEL = 12
 """Fewest simulations a level; with fewer in all, paths are shorter."""
@@ -34,6 +38,7 @@ _SQUARINGS = 3
 """The sharper belief is the belief to the power of 2 to this, which is 8."""
 
 
+@dataclass(frozen=True)
 class PathSearch:
     """Search the tree of paths; find what was detected when that is worth it.
 
@@ -42,17 +47,41 @@ class PathSearch:
     misses are counted, its false reports are not, except in the decision to find; of a motion's
     outcomes the most probable counts. Paths are chosen, and valued, under the sharpened belief
     (`hedge` of `SearchConfig`); what they are expected to show is reported under the belief itself.
+    Nothing is drawn.
+
+    Parameters
+    ----------
+    sims, depth, discount, hedge, tree_depth
+        As in `SearchConfig`, whose values count where None is given.
+    """
+
+    sims: int | None = None
+    depth: int | None = None
+    discount: float | None = None
+    hedge: float | None = None
+    tree_depth: int | None = None
+
+    name = "fast"
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings of a search with the planner's own in their places."""
+        return replace(overridden(config, self), rollout=None)
+
+    def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
+        """Return a planner for one search; only its fallback draws from `rng`."""
+        return RunningPathSearch(space) if space.sees_mask else PouctFallback(space, rng)
+
+
+class RunningPathSearch:
+    """The path search in the course of one search.
 
     Parameters
     ----------
     space
         The search space.
-    rng
-        Not used; nothing is drawn.
     """
 
-    def __init__(self, space: SearchSpace, *, rng: np.random.Generator | None = None) -> None:
-        del rng
+    def __init__(self, space: SearchSpace) -> None:
         self._space = space
         config = space.config
         reach = reach_of(space)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,9 @@ from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation, SearchState
 from sloop_ppl.rng import scalar_rng
 
-__all__ = ["GridParticles", "Pomcp", "Pouct"]
+__all__ = ["GridParticles", "Pomcp", "Pouct", "PouctFallback"]
+
+_log = logging.getLogger(__name__)
 
 
 def _settings(space: SearchSpace, rng: random.Random) -> dict[str, Any]:
@@ -224,3 +227,27 @@ class _PomcpRun:
         if self._agent is not None:
             self._agent.tree = None
             self._agent.set_belief(GridParticles([], self._rng))
+
+
+class PouctFallback:
+    """POUCT in the place of ``fast``, for a sensor whose reports no kernel knows.
+
+    Parameters
+    ----------
+    space
+        The search space.
+    rng
+        Where rollouts draw from.
+    """
+
+    def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
+        kind = type(space.sensor).__name__
+        self._note = f"sensor {kind} sees no mask; planned by pomdp_py.POUCT"
+        _log.warning(self._note)
+        self._inner = Pouct().begin(space, rng=rng)
+        self.update, self.forget = self._inner.update, self._inner.forget
+
+    def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
+        """Return the action that POUCT chooses, with a note."""
+        action, info = self._inner.plan(agent)
+        return action, replace(info, notes={**info.notes, "fallback": self._note})

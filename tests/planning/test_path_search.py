@@ -6,7 +6,6 @@ import pytest
 from support.small_searches import agent_of, city_of, space_of
 
 from sloop_ppl.planning import (
-    PathSearch,
     SearchConfig,
     SearchObservation,
     SearchSpace,
@@ -99,7 +98,7 @@ def test_the_first_way_is_the_greedy_one(settings):
     space = type(plain)((9, 11), ("A",), plain.config, walls)
     for _ in range(20):
         table = rng.dirichlet(np.full(99, 0.1))
-        planner = PathSearch(space)
+        planner = RunningPathSearch(space)
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
         pose = agent.belief.robot.pose
         nexts = next_poses(space)
@@ -153,7 +152,7 @@ def test_the_best_of_all_paths_is_found(settings):
     for _ in range(4):
         table = rng.dirichlet(np.full(99, 0.1))
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
-        planner = PathSearch(space)
+        planner = RunningPathSearch(space)
         _, info = planner.plan(agent)
         table = sharpened(table, space.config.hedge)
         wanted = best_of_all(space, table, agent.belief.robot.pose, 5, promised)
@@ -168,7 +167,7 @@ def test_what_a_path_shows_is_told_under_the_belief_itself(hedge):
     space = space_of((15, 15), sims=200, hedge=hedge, true_positive_rate=0.8, tree_depth=2)
     table = np.random.default_rng(4).dirichlet(np.full(225, 0.1))
     agent = agent_of(space, {"A": table.reshape(15, 15)}, 800)
-    action, info = PathSearch(space).plan(agent)
+    action, info = RunningPathSearch(space).plan(agent)
     pose, left = agent.belief.robot.pose, table.copy()
     moves = {move.name: move.index for move in space.moves}
     for move, told in zip(info.notes["path"], info.notes["expected_seen"], strict=True):
@@ -228,7 +227,7 @@ def test_a_wall_is_gone_round():
     plain = space_of((15, 61), no_fly=True, occlusion=True, depth=15, sims=300)
     space = type(plain)((15, 61), ("A",), plain.config, walls)
     agent = agent_of(space, {"A": belief}, space.encode(3, 57, 2), looked=True)
-    planner, nothing = PathSearch(space), SearchObservation((-1,), 0)
+    planner, nothing = RunningPathSearch(space), SearchObservation((-1,), 0)
     for _ in range(70):
         action, _ = planner.plan(agent)
         robot = agent.belief.robot.moved(action.index)
@@ -243,7 +242,7 @@ def test_a_wall_is_gone_round():
 def test_what_is_promised_is_mended_as_if_it_were_taken_anew():
     space = space_of((30, 40), sims=400)
     agent = agent_of(space, {"A": np.ones((30, 40))}, space.encode(15, 20, 0))
-    planner = PathSearch(space)
+    planner = RunningPathSearch(space)
     nothing = SearchObservation((-1,), 0)
     for _ in range(6):
         action, _ = planner.plan(agent)
@@ -276,7 +275,7 @@ def test_the_heap_gives_the_highest_first_and_the_lower_number_of_equals():
 def test_few_simulations_make_a_plan_too(sims):
     space = space_of((9, 11), sims=sims)
     agent = agent_of(space, {"A": np.ones((9, 11))}, 300)
-    action, info = PathSearch(space).plan(agent)
+    action, info = RunningPathSearch(space).plan(agent)
     assert action in space.moves
     assert info.sims <= max(2 * sims, 3)
 
