@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning.belief import GridBelief, observation_likelihoods
@@ -135,7 +135,10 @@ def run_search(
         _refuse_with_environment(environment, start)
         known = {t: place for t, place in (places or {}).items() if t in ids}
     pose = as_pose(environment.pose, "The environment's pose")
-    robot = space.robot(space.snap(pose))
+    try:
+        robot = space.robot(space.snap(pose))
+    except OutsideMap as error:
+        raise OutsideMap(f"The environment's pose: {error}") from None
     reward_model = SearchRewardModel(space)
     name = chosen.name
     agent = Agent(
