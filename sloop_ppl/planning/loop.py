@@ -23,6 +23,7 @@ from sloop_ppl.planning.environment import (
     observation_of,
     robot_after,
     start_pose,
+    told_places,
 )
 from sloop_ppl.planning.episode import Episode, SearchInterrupted, Step
 from sloop_ppl.planning.explain import expected_sightings, unreachable_notes
@@ -133,7 +134,7 @@ def run_search(
         environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
     else:
         _refuse_with_environment(environment, start)
-        known = {t: place for t, place in (places or {}).items() if t in ids}
+        known = told_places(places or {}, ids)
     pose = as_pose(environment.pose, "The environment's pose")
     try:
         robot = space.robot(space.snap(pose))
