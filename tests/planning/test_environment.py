@@ -348,6 +348,16 @@ class Placeless:
             "start is given, but the environment has its own; leave start out",
         ),
         (
+            Drifting(),
+            {"places": {"A": "home"}},
+            "The place of 'A' is 'home'; expected x, y as finite numbers",
+        ),
+        (
+            Drifting(),
+            {"places": {"B": (3.0, 3.0)}},
+            "'B' has no belief; expected places of none but: A",
+        ),
+        (
             Scripted(None, pose=None),
             {},
             (
