@@ -98,7 +98,7 @@ def search(sensor, planner, table=None, place=(38.0, 28.0), **options):
 def test_every_planner_searches_with_a_users_sensor(name, planner):
     steps = []
     episode = search(SENSORS[name], planner, on_step=steps.append)
-    assert (name, planner) == ("camera", "fast") or planner == "random" or episode.found
+    assert planner == "random" or episode.found
     if name == "radio":
         assert {step.observation["A"] for step in steps} <= set(Radio.levels)
     for step in steps:
@@ -251,7 +251,7 @@ def test_planners_choose_alike_whether_or_not_a_view_is_called_relative(planner)
     assert told[0] == told[1]
 
 
-@pytest.mark.parametrize("planner", ["pouct", "greedy"])
+@pytest.mark.parametrize("planner", ["pouct", "fast", "greedy"])
 def test_a_disk_that_sees_further_than_the_fan_of_the_settings(planner):
     episode = search(Disk(GRID, 22.0), planner, np.ones(SHAPE))
     assert episode.found
