@@ -8,7 +8,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -90,11 +90,15 @@ class UserValue:
     path: Path
 
     def guard(self, value: Any, methods: Sequence[str]) -> Any:
-        """Return an object whose methods say in one line what they raise; it is changed."""
+        """Return an object whose methods say in one line what they raise; it is changed.
+
+        One that cannot be changed, such as one made in C, is returned as it is.
+        """
         for name in methods:
             method = getattr(value, name, None)
-            if callable(method):
-                object.__setattr__(value, name, self._guarded(method))
+            if callable(method) and not hasattr(method, "guarded"):
+                with suppress(AttributeError):
+                    object.__setattr__(value, name, self._guarded(method))
         return value
 
     def _guarded(self, method: Callable[..., Any]) -> Callable[..., Any]:
@@ -111,6 +115,7 @@ class UserValue:
                     f"{self.kind} '{self.label}' fails in {method.__name__}{at}: {described(error)}"
                 ) from error
 
+        call.guarded = True  # type: ignore[attr-defined]
         return call
 
 
@@ -176,6 +181,8 @@ def open_user_file(spec: str, kind: str) -> UserFile:
     InputError
         When it does not exist or fails; the message has the line.
     """
+    if not is_user_file(spec):
+        raise InputError(f"{kind} '{spec}' is no file of yours; give FILE.py:NAME")
     file, _, wanted = spec.rpartition(".py:") if ".py:" in spec else (spec[:-3], "", "")
     path = Path(f"{file}.py")
     if not path.is_file():

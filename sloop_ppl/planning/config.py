@@ -59,7 +59,7 @@ class SearchConfig:
     find_each : one find action per target (the paper's ``Find(i)``) instead of one for all.
     max_finds : finds after which the search ends; the number of targets when None.
     max_steps : steps after which the search ends; None for 200, more on a map of more than 41 cells
-        a side or with shorter steps.
+        a side, there the more the shorter the steps.
     stay_rate, overshoot_rate, overturn_rate : probabilities that a move or turn does nothing, that
         a step goes one cell further, that a turn goes twice as far, in [0, 1).
     sims : simulations per step, > 0.

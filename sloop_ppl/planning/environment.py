@@ -27,6 +27,7 @@ __all__ = [
     "observation_of",
     "robot_after",
     "start_pose",
+    "told_places",
     "true_cells",
 ]
 
@@ -296,6 +297,25 @@ def true_cells(ids: tuple[str, ...], places: Mapping[str, Place], grid: Grid) ->
             raise OutsideMap(f"Target '{name}': {error}") from None
         cells.append(row * grid.n_cols + col)
     return tuple(cells)
+
+
+def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, Place]:
+    """Return the places of those targets of which they are told, for the record alone.
+
+    Raises
+    ------
+    InputError
+        When one is no place, or is of something that is not searched for.
+    """
+    told = {}
+    for name, place in places.items():
+        if name not in ids:
+            raise InputError(
+                f"'{name}' has no belief; expected places of none but: {', '.join(ids)}"
+            )
+        x, y = _numbers(f"The place of '{name}'", place, (2,))
+        told[name] = x, y
+    return told
 
 
 def start_pose(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning.belief import GridBelief
+from sloop_ppl.planning.motion import ExactMotion
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.pose_tables import next_poses, reach_from
 from sloop_ppl.planning.sensors import FanSensor
@@ -54,11 +55,9 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
         steps of the search, every move at its most probable outcome.
     """
     space = belief.space
-    limit, sensor = space.config.step_limit, space.sensor
-    if isinstance(sensor, FanSensor) and not (space.no_fly or space.hides or space.stochastic):
-        wide = sensor.fov_deg >= 90 and sensor.range_cells >= space.config.step_cells
-        if wide and limit >= space.n_rows + space.n_cols:
-            return ()  # on open ground such a fan sees every cell in time
+    limit = space.config.step_limit
+    if _is_open(space) and limit >= space.n_rows + space.n_cols:
+        return ()
     reach = reach_from(belief.robot.pose, next_poses(space))
     near = np.flatnonzero((reach.steps >= 0) & (reach.steps < limit))
     if len(near) == reach.steps.size and not space.hides:
@@ -78,6 +77,20 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
                 "steps from this start: allow more steps, or start elsewhere"
             )
     return tuple(notes)
+
+
+def _is_open(space: SearchSpace) -> bool:
+    """Tell whether every cell can be seen, after fewer steps than rows and columns, from anywhere.
+
+    It is so with a quarter fan as long as a step, turns of 45 degrees and nothing in the way.
+    """
+    sensor, motion = space.sensor, space.motion
+    if not isinstance(sensor, FanSensor) or type(motion) is not ExactMotion:
+        return False
+    wide = sensor.fov_deg >= 90 and sensor.range_cells >= motion.step_cells
+    wide = wide and sensor.min_range_cells <= 1 and motion.turn_deg == 45
+    roomy = min(space.shape) >= 4 * motion.step_cells
+    return wide and roomy and not (space.no_fly or space.hides)
 
 
 def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bool_]:

@@ -118,7 +118,12 @@ class SearchEnv(_Env):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin anew and return the first observation."""
         super().reset(seed=seed)
-        options = options or {}
+        options = {} if options is None else options
+        if not isinstance(options, Mapping):
+            raise InputError(
+                f"The options of reset are {options!r}; expected a mapping with "
+                f"{', '.join(RESET_OPTIONS)}"
+            )
         for name in options:
             if name not in RESET_OPTIONS:
                 raise UnknownName("option of reset", name, RESET_OPTIONS)

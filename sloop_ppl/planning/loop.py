@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning.belief import GridBelief, observation_likelihoods
@@ -25,6 +25,7 @@ from sloop_ppl.planning.environment import (
     observation_of,
     robot_after,
     start_pose,
+    told_places,
 )
 from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
 from sloop_ppl.planning.explain import expected_sightings, unreachable_notes
@@ -134,9 +135,12 @@ def run_search(
         environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
     else:
         _refuse_with_environment(environment, start)
-        known = {t: place for t, place in (places or {}).items() if t in ids}
+        known = told_places(places or {}, ids)
     pose = as_pose(environment.pose, "The environment's pose")
-    robot = space.robot(space.snap(pose))
+    try:
+        robot = space.robot(space.snap(pose))
+    except OutsideMap as error:
+        raise OutsideMap(f"The environment's pose: {error}") from None
     reward_model = SearchRewardModel(space)
     name = chosen.name
     agent = Agent(

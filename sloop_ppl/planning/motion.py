@@ -162,9 +162,11 @@ class SlippingMotion(ExactMotion):
         overturn_rate: float = 0.0,
     ) -> None:
         super().__init__(cell_m, step_cells, turn_deg)
-        rates = {"overshoot_rate": overshoot_rate, "overturn_rate": overturn_rate}
-        for name, rate in {"stay_rate": stay_rate, **rates}.items():
-            if not 0 <= rate < 1 or stay_rate + rate >= 1:
+        for name, rate in {
+            "overshoot_rate": overshoot_rate,
+            "overturn_rate": overturn_rate,
+        }.items():
+            if not (0 <= stay_rate < 1 and 0 <= rate < 1 and stay_rate + rate < 1):
                 raise InputError(
                     f"{name} is {rate:g} and stay_rate {stay_rate:g}; expected numbers in [0, 1) "
                     "that sum to less than 1"
@@ -220,9 +222,15 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
     Raises
     ------
     InputError
-        When a pose is none, or the probabilities do not sum to one.
+        When it is no motion, a pose is none, or the probabilities do not sum to one.
     """
     exact = callable(getattr(motion, "outcomes", None))
+    if isinstance(motion, type) or not isinstance(motion, Motion):
+        raise InputError(
+            f"The motion is a {type(motion).__name__}; expected an object with the methods "
+            "sample(pose, action, rng) and log_probability(next_pose, pose, action), such as a "
+            "SlippingMotion"
+        )
     rng = np.random.default_rng(0)
     rows: dict[tuple[int, int], list[tuple[tuple[int, int, int], float]]] = {}
     for number, action in enumerate(MOVES):

@@ -95,6 +95,7 @@ class SearchSpace:
         self.sensor = _fan(grid, config, self.tall) if sensor is None else sensor
         self.motion = _moves(grid.cell_m, config) if motion is None else motion
         if sensor is not None:
+            _refuse_no_sensor(sensor)
             config.refuse_sensor_settings(type(sensor).__name__)
         if motion is not None:
             config.refuse_motion_settings(type(motion).__name__)
@@ -406,6 +407,15 @@ def _fan(grid: Grid, config: SearchConfig, tall: NDArray[np.bool_]) -> FanSensor
         false_positive_rate=config.false_positive_rate,
         position_noise_cells=config.position_noise_cells,
     )
+
+
+def _refuse_no_sensor(sensor: object) -> None:
+    if isinstance(sensor, type) or not isinstance(sensor, Sensor):
+        raise InputError(
+            f"The sensor is a {type(sensor).__name__}; expected an object with the methods "
+            "view(pose), log_likelihood(pose, report) and sample(pose, places, rng), such as a "
+            "MaskSensor"
+        )
 
 
 def _moves(cell_m: float, config: SearchConfig) -> ExactMotion:

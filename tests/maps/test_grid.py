@@ -86,6 +86,29 @@ def test_a_place_lies_in_its_cell(given_place):
     assert abs(centre_y - y) <= grid.cell_m / 2 + 1e-6
 
 
+def test_the_overhang_covers_places_beyond_the_extent():
+    grid = Grid(0, 0, 12, 13)  # 3 x 3 cells, from 0 to 15 in the east, from -2 to 13 in the north
+    assert grid.cell_covering(14.9, -1.9) == (0, 2)
+    assert grid.cell_covering(0, 13) == (2, 0)
+    assert grid.cell_covering(12, 0) == grid.cell_at(12, 0) == (0, 2)
+    for place in ((15.0, 3.0), (-0.1, 3.0), (3.0, 13.1), (3.0, -2.0)):
+        with pytest.raises(OutsideMap) as error:
+            grid.cell_covering(*place)
+        assert str(error.value) == (
+            f"Place ({place[0]:g}, {place[1]:g}) is off the map; expected x in [0, 15) and y in "
+            "(-2, 13], metres"
+        )
+
+
+@pytest.mark.parametrize(("row", "col"), [(-1, 0), (3, 0), (0, -1), (0, 4)])
+def test_a_cell_outside_the_grid_has_no_centre(row, col):
+    with pytest.raises(OutsideMap) as error:
+        Grid(0, 0, 19, 14).centre_of(row, col)
+    assert str(error.value) == (
+        f"Cell ({row}, {col}) is outside the grid; expected a row in [0, 3) and a column in [0, 4)"
+    )
+
+
 @given(grids(), st.data())
 def test_centres_lie_in_their_own_cells(grid, data):
     row = data.draw(st.integers(0, grid.n_rows - 1))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.small_searches import space_of
 
-from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.planning import SearchConfig
+from sloop_ppl.errors import InputError, OutsideMap, UnknownName
+from sloop_ppl.planning import Pose, SearchConfig
 from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 
 
@@ -40,6 +40,66 @@ def test_left_is_anticlockwise(turn, left):
     space = space_of(turn_deg=turn)
     assert space.decode(space.next_pose(1, space.encode(3, 4, 0)))[2] == left
     assert space.decode(space.next_pose(2, space.encode(3, 4, 0)))[2] == 8 - left
+
+
+@pytest.mark.parametrize(("row", "col"), [(-1, 0), (7, 0), (0, -1), (0, 9)])
+def test_a_cell_outside_the_grid_has_no_pose(row, col):
+    with pytest.raises(OutsideMap) as error:
+        space_of().encode(row, col, 0)
+    assert str(error.value) == (
+        f"Cell ({row}, {col}) is outside the grid; expected a row in [0, 7) and a column in [0, 9)"
+    )
+
+
+def test_a_continuous_pose_snaps_to_the_cell_that_covers_it_and_the_nearest_heading():
+    """The grid of 7 x 9 cells begins in the west at 0 and ends in the north at 32.5."""
+    space = space_of()
+    assert space.decode(space.snap(Pose(9.99, 32.4, math.radians(22)))) == (6, 1, 0)
+    assert space.decode(space.snap(Pose(10.0, 27.4, math.radians(23)))) == (5, 2, 1)
+    assert space.decode(space.snap(Pose(10.0, 27.4, math.radians(-23)))) == (5, 2, 7)
+    assert space.decode(space.snap(Pose(10.0, 27.4, math.radians(740)))) == (5, 2, 0)
+    for number in range(space.n_cells * 8):
+        assert space.snap(space.pose_at(number)) == number
+    with pytest.raises(
+        OutsideMap, match=r"Place \(10, 33\) is off the map; expected x in \[0, 45\)"
+    ):
+        space.snap(Pose(10.0, 33.0))
+
+
+@pytest.mark.parametrize(
+    ("shape", "settings", "steps", "horizon"),
+    [
+        ((41, 41), {}, 200, 30),  # the paper's
+        ((9, 41), {"step_cells": 1}, 200, 30),
+        ((20, 82), {}, 400, 60),  # twice as wide
+        ((82, 82), {"step_cells": 6}, 200, 30),  # as many steps across as the paper's
+        ((82, 82), {"step_cells": 1}, 1200, 90),  # 0.95 ** 90 is just below a hundredth
+        ((401, 401), {}, 1957, 90),
+        ((401, 401), {"discount": 1.0}, 1957, 294),
+        ((401, 401), {"discount": 0.5}, 1957, 30),
+        ((401, 401), {"max_steps": 50}, 50, 90),
+        ((401, 401), {"depth": 12}, 1957, 12),
+        ((401, 401), {"depth": 12, "max_steps": 50}, 50, 12),
+    ],
+)
+def test_steps_and_horizon_grow_with_the_map(shape, settings, steps, horizon):
+    config = SearchConfig(**settings).filled_in(shape)
+    assert (config.max_steps, config.depth) == (config.step_limit, config.horizon)
+    assert (config.max_steps, config.depth) == (steps, horizon)
+    assert config.filled_in((999, 999)) == config
+
+
+def test_what_the_size_of_the_map_sets_is_said():
+    def notes(shape, **settings):
+        given = SearchConfig(**settings)
+        return given.filled_in(shape).size_notes(given)
+
+    steps, depth = "1957 steps at most (max_steps)", "a horizon of 90 steps (depth)"
+    assert notes((41, 41)) == ()
+    assert notes((401, 401)) == (f"set by the size of the map: {steps}, {depth}",)
+    assert notes((401, 401), depth=12) == (f"set by the size of the map: {steps}",)
+    assert notes((401, 401), max_steps=9) == (f"set by the size of the map: {depth}",)
+    assert notes((401, 401), depth=12, max_steps=9) == ()
 
 
 def test_preferred_moves_go_nearer_or_turn_towards():
