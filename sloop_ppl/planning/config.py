@@ -59,7 +59,7 @@ class SearchConfig:
     find_each : one find action per target (the paper's ``Find(i)``) instead of one for all.
     max_finds : finds after which the search ends; the number of targets when None.
     max_steps : steps after which the search ends; None for 200, more on a map of more than 41 cells
-        a side, there the more the shorter the steps.
+        a side.
     stay_rate, overshoot_rate, overturn_rate : probabilities that a move or turn does nothing, that
         a step goes one cell further, that a turn goes twice as far, in [0, 1).
     sims : simulations per step, > 0.
@@ -166,13 +166,12 @@ class SearchConfig:
 
         Notes
         -----
-        Both grow with the number of steps across the map: 200 and 30 are the paper's, for 41 cells
-        and steps of 3. The horizon ends where ``discount ** depth`` falls below a hundredth.
+        Both grow with the side of the map: 200 and 30 are the paper's, for 41 cells. The horizon
+        ends where ``discount ** depth`` falls below a hundredth.
         """
         if self.max_steps is not None and self.depth is not None:
             return self
-        across = max(shape) / PAPER_SIDE_CELLS * 3 / self.step_cells
-        scale = max(1.0, across) if max(shape) > PAPER_SIDE_CELLS else 1.0
+        scale = max(1.0, max(shape) / PAPER_SIDE_CELLS)
         most = math.inf if self.discount == 1 else math.log(0.01) / math.log(self.discount)
         depth = max(30, math.ceil(min(30 * scale, most)))
         return replace(

@@ -68,14 +68,19 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
             seen[space.view_cells(pose)] = True
     else:
         seen = _union_of_fans(space, near)
+    hurried = bool((reach.steps >= limit).any())
     notes = []
     for name, table in zip(space.target_ids, belief.flat, strict=True):
         lost = float(table[~seen].sum())
         if lost > WORTH_SAYING:
-            notes.append(
-                f"{lost:.0%} of the belief of {name} cannot be brought into view within {limit} "
-                "steps from this start: allow more steps, or start elsewhere"
-            )
+            part = f"{lost:.0%} of the belief of {name} cannot be brought into view"
+            if hurried:
+                notes.append(
+                    f"{part} within {limit} steps from this start: allow more steps, or start "
+                    "elsewhere"
+                )
+            else:
+                notes.append(f"{part} from this start, however many steps: start elsewhere")
     return tuple(notes)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -213,6 +213,7 @@ class _Running:
 
     def __init__(self, planner: Any, space: SearchSpace, name: str) -> None:
         self._planner, self._name = planner, name
+        self._agent: Any = None
         self._actions: Mapping[str, SearchAction] = MappingProxyType(
             {action.name: action for action in space.actions}
         )
@@ -220,6 +221,7 @@ class _Running:
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
         from sloop_ppl.planning.episode import PlanInfo
 
+        self._agent = agent
         chosen, info = self._planner.plan(agent), None
         if isinstance(chosen, tuple) and len(chosen) == 2:
             chosen, info = chosen
@@ -234,12 +236,11 @@ class _Running:
         return action, info
 
     def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
-        self._call("update", agent, action, observation)
+        if callable(getattr(self._planner, "update", None)):
+            self._planner.update(agent, action, observation)
 
     def forget(self) -> None:
-        self._call("forget")
-
-    def _call(self, name: str, *arguments: Any) -> None:
-        method = getattr(self._planner, name, None)
-        if callable(method):
-            cast("Any", method)(*arguments)
+        if callable(getattr(self._planner, "forget", None)):
+            self._planner.forget()
+        elif getattr(self._agent, "tree", None) is not None:
+            self._agent.tree = None  # where the planners of pomdp-py keep it

@@ -98,7 +98,7 @@ class MaskSensor(ABC):
     Parameters
     ----------
     grid
-        The map's cells.
+        The map's cells, or the map.
     true_positive_rate
         Probability of detecting a target in view, in [0, 1].
     false_positive_rate
@@ -118,13 +118,13 @@ class MaskSensor(ABC):
 
     def __init__(
         self,
-        grid: Grid,
+        grid: Grid | CityMap,
         *,
         true_positive_rate: float = 1.0,
         false_positive_rate: float = 0.0,
         position_noise_cells: float = 0.0,
     ) -> None:
-        self.grid = grid
+        self.grid = grid.grid if isinstance(grid, CityMap) else grid
         self.true_positive_rate = true_positive_rate
         self.false_positive_rate = false_positive_rate
         self.position_noise_cells = position_noise_cells
@@ -229,7 +229,7 @@ class MaskSensor(ABC):
         rng
             Has a method `random`.
         """
-        if cell in in_view and rng.random() < self.true_positive_rate:
+        if cell in in_view and (self.exact or rng.random() < self.true_positive_rate):
             if not self.position_noise_cells:
                 return cell
             weights = self._spread(cells, cell)
