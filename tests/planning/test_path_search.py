@@ -23,7 +23,7 @@ from sloop_ppl.planning._clairvoyant import (
 from sloop_ppl.planning._path_kernel import lift_last, sink_first
 from sloop_ppl.planning._path_map import path_map_of
 from sloop_ppl.planning._value_bound import bound_from, set_mass, value_bound_of
-from sloop_ppl.planning.path_search import sharpened
+from sloop_ppl.planning.path_search import RunningPathSearch, sharpened
 from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 
 bound_at = numba.njit(lambda bound, pose, n_cols: bound_from(bound, pose, n_cols))
