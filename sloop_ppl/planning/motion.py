@@ -237,7 +237,7 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
         for heading in range(HEADINGS):
             pose = Pose(0.0, 0.0, heading * EIGHTH)
             if exact:
-                outcomes = motion.outcomes(pose, action)  # type: ignore[union-attr]
+                outcomes = motion.outcomes(pose, action)  # type: ignore[attr-defined]
             else:
                 draws = (motion.sample(pose, action, rng) for _ in range(DRAWS))
                 outcomes = tuple((1.0 / DRAWS, after) for after in draws)

@@ -87,7 +87,8 @@ def search(sensor, planner, table=None, place=(38.0, 28.0), **options):
     if table is None:
         table = np.full(SHAPE, 0.2 / 63)
         table[CITY.grid.cell_at(*place)] += 0.8
-    options.setdefault("config", SearchConfig(sims=80, max_steps=60))
+    sims = 200 if planner == "fast" else 80
+    options.setdefault("config", SearchConfig(sims=sims, max_steps=60))
     rng = np.random.default_rng(options.pop("seed", 0))
     options = {"start": (3.0, 3.0), "rng": rng, **options}
     return run_search({"A": table}, CITY, {"A": place}, planner=planner, sensor=sensor, **options)
