@@ -59,7 +59,7 @@ def jit(function: F) -> F:
     compiled = _njit(**_OPTIONS)(function)
     try:
         compiled._cache = _ForgivingCache(function)
-    except RuntimeError as error:
+    except (OSError, RuntimeError) as error:
         _log.info("no cache for %s: %s", function.__name__, error)
     return cast("F", compiled)
 
@@ -93,7 +93,8 @@ class _ForgivingCache(FunctionCache):
     """
 
     def __init__(self, py_func: Callable[..., object]) -> None:
-        super().__init__(py_func)
+        base: Any = super()  # numba has no types
+        base.__init__(py_func)
         self._cache_file = IndexDataCacheFile(
             cache_path=self._cache_path,
             filename_base=self._impl.filename_base,
@@ -102,20 +103,22 @@ class _ForgivingCache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the machine code of a signature, or None."""
+        base: Any = super()
         try:
-            return super().load_overload(sig, target_context)
+            return base.load_overload(sig, target_context)
         except Exception as error:  # unpickling and linking can raise anything
             _log.info("compiling %s anew: %r", self._name, error)
         try:
-            self.flush()  # else saving would stumble over the same index
+            base.flush()  # else saving would stumble over the same index
         except OSError as error:
             _log.info("the cache of %s cannot be written: %s", self._name, error)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the machine code of a signature, where that can be done."""
+        base: Any = super()
         try:
-            super().save_overload(sig, data)
+            base.save_overload(sig, data)
         except Exception as error:  # another process may write the same index
             _log.info("the machine code of %s was not kept: %r", self._name, error)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning._path_kernel import explore, new_candidates, new_path_state, new_tree
+from sloop_ppl.planning._path_kernel import explore, new_candidates, new_tree
 from sloop_ppl.planning._path_map import (
     Objective,
     detection_masses,
@@ -18,6 +18,7 @@ from sloop_ppl.planning._path_map import (
     path_map_of,
     reach_of,
 )
+from sloop_ppl.planning._path_state import new_path_state
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
 from sloop_ppl.planning.baselines import find_worth
@@ -187,12 +188,12 @@ class RunningPathSearch:
             discount=float(config.discount),
         )
 
-    def _mass(self, belief: GridBelief, hedge: float) -> NDArray[np.float64]:
-        """Return the expected number of targets left by cell of the bordered map."""
+    def _mass(self, belief: GridBelief, share: float) -> NDArray[np.float64]:
+        """Return the expected number of targets left by cell of the bordered map, shape (G,)."""
         mass = np.zeros(self._bordered)
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
-                mass[self._inner] += sharpened(table, hedge).reshape(self._space.shape)
+                mass[self._inner] += sharpened(table, share).reshape(self._space.shape)
         return mass.ravel()
 
     def _detected(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
