@@ -150,7 +150,7 @@ def summary_tables(summary: SetSummary) -> list[Table]:
         "Relations",
         ("relation", "class", "n", ""),
         tuple(
-            (word, RELATIONS[word], n, "█" * max(1, round(30 * n / most)))
+            (word, RELATIONS[word].relation_class, n, "█" * max(1, round(30 * n / most)))
             for word, n in summary.relations.items()
         ),
     )

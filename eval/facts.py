@@ -9,7 +9,7 @@ from typing import Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene, Place
-from sloop_ppl.language import COMPASS, FRAME_RELATIONS, RELATIONS, SpatialRelation
+from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import PredictedPoint, RelationTerm, ground_relations
 
@@ -93,8 +93,8 @@ def plain_word(word: str) -> str:
     >>> plain_word("above"), plain_word("near")
     ('north', 'near')
     """
-    name = RELATIONS[word]
-    return name if name in (*COMPASS, *FRAME_RELATIONS) else word
+    record = RELATIONS[word]
+    return record.relation_class if record.is_compass or record.needs_frame else word
 
 
 def facts_of(scene: DescribedScene, city: CityMap) -> list[TargetFacts]:

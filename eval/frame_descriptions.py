@@ -16,7 +16,7 @@ from sloop_ppl.eval.descriptions import DescribedScene, read_descriptions
 from sloop_ppl.inference.frame_tuning import framed_examples, tune_frames
 from sloop_ppl.inference.known_cells import Example
 from sloop_ppl.inference.learning import log_scores
-from sloop_ppl.language import FRAME_RELATIONS, RELATIONS
+from sloop_ppl.language import RELATIONS
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import UNFITTED_BAYES, PredictedSpread, Preset, preset
 from sloop_ppl.models.frames import frame_predictor
@@ -160,7 +160,7 @@ def _by_target(example: Example) -> list[Example]:
                 relations=tuple(
                     r
                     for r in example.description.relations
-                    if r.figure == target and RELATIONS[r.relation] in FRAME_RELATIONS
+                    if r.figure == target and RELATIONS[r.relation].needs_frame
                 ),
             ),
             cells={target: cell},

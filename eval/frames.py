@@ -261,7 +261,7 @@ def _fitted(
 
 
 def _rule(name: str, city: CityMap, label: FrameLabel) -> FrameDistribution:
-    return FRAME_PREDICTORS[name](RelationTerm("front", "front", (label.building,), city))
+    return FRAME_PREDICTORS[name](RelationTerm("front", (label.building,), city))
 
 
 def _predictions(

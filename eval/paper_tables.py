@@ -11,7 +11,7 @@ from sloop_ppl.eval.facts import SaidRelation, plain_word
 from sloop_ppl.eval.results import Results, TargetKey
 from sloop_ppl.eval.significance import t_estimate
 from sloop_ppl.eval.tables import Cell, Estimate, Table
-from sloop_ppl.language import COMPASS, FRAME_RELATIONS
+from sloop_ppl.language import RELATIONS
 
 __all__ = ["frame_table", "table_one", "table_two"]
 
@@ -27,11 +27,13 @@ def table_one(results: Results) -> Table:
     A target counts once for each preposition that is said of it. Front and behind are split
     into good and bad ones; see :class:`sloop_ppl.eval.facts.TargetFacts`.
     """
+    compass = {record.relation_class for record in RELATIONS.values() if record.is_compass}
+    framed = {record.relation_class for record in RELATIONS.values() if record.needs_frame}
     rows: list[tuple[Cell, ...]] = []
     for title, wanted in (
-        ("general", lambda r: r.relation_class not in (*COMPASS, *FRAME_RELATIONS)),
-        ("compass", lambda r: r.relation_class in COMPASS),
-        ("frame", lambda r: r.relation_class in FRAME_RELATIONS),
+        ("general", lambda r: r.relation_class not in (*compass, *framed)),
+        ("compass", lambda r: r.relation_class in compass),
+        ("frame", lambda r: r.relation_class in framed),
     ):
         found = _by_word(results, wanted)
         if found:

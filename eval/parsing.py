@@ -165,7 +165,7 @@ def _score(pairs: Sequence[tuple[str, set[Entry], Description]]) -> ParseScore:
 
 
 def _classes(entries: set[Entry]) -> set[Entry]:
-    return {(f, RELATIONS[r], g) for f, r, g in entries}
+    return {(f, RELATIONS[r].relation_class, g) for f, r, g in entries}
 
 
 def _count(counter: Counter[str], gold: set[Any], found: set[Any]) -> None:

@@ -34,7 +34,7 @@ def fronts_of(
     wanted = list(landmarks or [b.id for b in city.of_kind("building")])
     if not wanted:
         raise InputError(f"Map '{city.name}' has no building; name a landmark of it")
-    terms = [RelationTerm("front", "front", (city.landmark(i).id,), city) for i in wanted]
+    terms = [RelationTerm("front", (city.landmark(i).id,), city) for i in wanted]
     if isinstance(predictor, LearnedFrames):  # draws and looks at all of them at once
         predictor.predict(city, [t.ground for t in terms if not t.is_line])
     return {term.ground: predictor(term) for term in terms}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.known_cells import Example
 from sloop_ppl.inference.learning import Fitted, fit
-from sloop_ppl.language import FRAME_RELATIONS, RELATIONS
+from sloop_ppl.language import RELATIONS
 from sloop_ppl.models import PredictedSpread, Preset
 from sloop_ppl.models.frames import FramePredictor
 
@@ -20,7 +20,7 @@ def framed_examples(examples: Sequence[Example]) -> list[Example]:
     kept = []
     for example in examples:
         said = example.description.relations
-        framed = {r.figure for r in said if RELATIONS[r.relation] in FRAME_RELATIONS}
+        framed = {r.figure for r in said if RELATIONS[r.relation].needs_frame}
         cells = {target: cell for target, cell in example.cells.items() if target in framed}
         if cells:
             kept.append(replace(example, cells=cells))

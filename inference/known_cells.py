@@ -25,7 +25,7 @@ from sloop_ppl.models import Preset, Program, RelationTerm, ground_description, 
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.program import log_words
 from sloop_ppl.models.terms import word_options
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["BeliefScore", "Example", "KnownCells", "WordScore", "belief_scores", "known_cells"]
 
@@ -215,7 +215,7 @@ def _spoken(
 ) -> Iterator[_Spoken]:
     """Yield the phrases about one ground; a meaning beyond the vocabulary makes its own group."""
     words, _ = word_options(phrases[0][1])
-    index = {option.relation_class: i for i, option in enumerate(words[: len(SPEAKER_WORDS)])}
+    index = {option.relation_class: i for i, option in enumerate(words[: len(speaker_words())])}
     parted: dict[Hashable, list[tuple[int, RelationTerm]]] = {}
     for n, term in phrases:
         plain = term.relation_class in index

@@ -54,7 +54,7 @@ from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import Latent, Preset, RelationTerm
 from sloop_ppl.models.simulate import Simulated, speaker_of
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 
 if TYPE_CHECKING:
     import xarray
@@ -163,7 +163,7 @@ class Posterior:
         See :func:`sloop_ppl.inference.rank_models`.
         """
         spoken = {r.relation for d in self.descriptions for r in d.relations}
-        words = (*SPEAKER_WORDS, *sorted(spoken - set(SPEAKER_WORDS)))
+        words = (*speaker_words(), *sorted(spoken - set(speaker_words())))
         value = self.joint.log_evidence
         return LogEvidence(value, self.model.normalisation, self.model.name, words)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
+    from sloop_ppl.models._regions import REGIONS
     from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, borrowed, fitting_note, unfitted
     from sloop_ppl.models.cell_priors import (
         CELL_PRIORS,
@@ -50,6 +51,7 @@ __all__ = [
     "FRAME_PRIORS",
     "LIKELIHOODS",
     "PRESETS",
+    "REGIONS",
     "UNFITTED_BAYES",
     "VARIANTS",
     "CellPrior",
@@ -85,6 +87,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "_regions": ("REGIONS",),
     "bayes": ("BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"),
     "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
     "components": ("COMBINATIONS", "Component"),

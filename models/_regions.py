@@ -13,16 +13,19 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from sloop_ppl.language import WHOLE_MAP
+from sloop_ppl.errors import InputError
+from sloop_ppl.language import RELATIONS, WHOLE_MAP, Relation
+from sloop_ppl.language.relations import Region
 from sloop_ppl.maps import CityMap, Grid, LandmarkFields
 from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.maps.rasterise import touched_cells
+from sloop_ppl.registry import Registry
 
 __all__ = [
-    "MAP_CLASS",
     "REFERENCE_CELL_M",
+    "REGIONS",
     "Sense",
     "across_region",
     "along_region",
@@ -46,20 +49,6 @@ SIDE_SHARE = 0.4
 """Share of the map's width or height that one of its sides takes."""
 
 _LEAST_WIDTH_M = 5.0
-_SIDES: dict[str, tuple[int, int]] = {
-    "north": (0, 1),
-    "south": (0, -1),
-    "east": (1, 0),
-    "west": (-1, 0),
-    "northeast": (1, 1),
-    "northwest": (-1, 1),
-    "southeast": (1, -1),
-    "southwest": (-1, -1),
-}
-
-
-MAP_CLASS = {"left": "west", "right": "east", "front": "north", "behind": "south"}
-"""Frame words said of the map -> the class they mean: its front is north."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,17 +72,21 @@ def is_map(city: CityMap, ground: str) -> bool:
 
 
 def sense_of(
-    relation: str, relation_class: str, grounds: tuple[str, ...], city: CityMap, joint: bool
+    relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap, joint: bool
 ) -> Sense | None:
     """Return what a relation measures from; None when it is simply its one ground.
 
     Parameters
     ----------
-    relation, relation_class : the canonical word and its class.
-    grounds : ids, distinct.
-    city : the map.
-    joint : True to give between, across, along and several grounds their own meaning; the map as
-        a ground always has its own.
+    relation, record
+        The canonical word and what it means of this ground.
+    grounds
+        Ids, distinct.
+    city
+        The map.
+    joint
+        True to give words with a region and several grounds their own meaning; the map as a
+        ground always has its own.
 
     Notes
     -----
@@ -101,41 +94,66 @@ def sense_of(
     across and along as near.
     """
     if is_map(city, grounds[0]):
-        return Sense(map_region(city.grid, relation, relation_class))
+        return Sense(map_region(city.grid, record))
     if not joint:
         return None
-    key = f"sense of {relation} {relation_class} {' '.join(grounds)}"
-    return city.derived(key, lambda: _joint_sense(relation, relation_class, grounds, city))
+    key = f"sense {RELATIONS.changes} of {relation} {' '.join(grounds)}"
+    return city.derived(key, lambda: _joint_sense(relation, record, grounds, city))
 
 
 def _joint_sense(
-    relation: str, relation_class: str, grounds: tuple[str, ...], city: CityMap
+    relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap
 ) -> Sense | None:
-    if relation_class == "across":
-        return _across(grounds, city)
+    if record.region is not None and record.takes(len(grounds)):
+        return _own_region(relation, record.region, grounds, city)
     if len(grounds) == 1:
-        return _along(grounds[0], city) if relation == "along" else None
-    shapes = [city.footprint(ground) for ground in grounds]
-    if relation_class == "between":
-        return Sense(between_region(shapes))
+        return None
     lines = [city.landmark(ground).geometry for ground in grounds]
     crossing = all("LineString" in line.geom_type for line in lines)
-    return Sense(meeting_point(lines if crossing else shapes), grounds)
+    shapes = lines if crossing else [city.footprint(ground) for ground in grounds]
+    return Sense(meeting_point(shapes), grounds)
 
 
-def _along(ground: str, city: CityMap) -> Sense:
-    landmark = city.landmark(ground)
+def _own_region(
+    relation: str, region: str | Region, grounds: tuple[str, ...], city: CityMap
+) -> Sense | None:
+    shape: object = (REGIONS[region] if isinstance(region, str) else region)(city, grounds)
+    if shape is None:
+        return None
+    if not isinstance(shape, BaseGeometry) or shape.is_empty:
+        found = "empty" if isinstance(shape, BaseGeometry) else f"a {type(shape).__name__}"
+        raise InputError(
+            f"The region of relation '{relation}' to {' and '.join(grounds)} is {found}; "
+            "expected a shape in metres, or None for the grounds themselves"
+        )
+    return Sense(shape)
+
+
+def _along(city: CityMap, grounds: tuple[str, ...]) -> BaseGeometry:
+    landmark = city.landmark(grounds[0])
     is_line = "LineString" in landmark.geometry.geom_type
-    shape = landmark.geometry if is_line else city.footprint(ground)
-    return Sense(along_region(shape, landmark.width_m, is_line))
+    shape = landmark.geometry if is_line else city.footprint(grounds[0])
+    return along_region(shape, landmark.width_m, is_line)
 
 
-def _across(grounds: tuple[str, ...], city: CityMap) -> Sense | None:
+def _across(city: CityMap, grounds: tuple[str, ...]) -> BaseGeometry | None:
     streets = [g for g in grounds if city.landmark(g).kind in PATH_KINDS]
     others = [g for g in grounds if g not in streets]
     street = streets[0] if streets and others else None
-    region = across_region(city, (others or streets)[0], street)
-    return None if region is None else Sense(region)
+    return across_region(city, (others or streets)[0], street)
+
+
+def _between(city: CityMap, grounds: tuple[str, ...]) -> BaseGeometry:
+    return between_region([city.footprint(ground) for ground in grounds])
+
+
+REGIONS: Registry[Region] = Registry("region")
+"""Functions of the map and the grounds' ids that give the shape a relation measures from, by
+name; `Relation.region` names one, or is one."""
+
+REGIONS.add("along", _along)
+REGIONS.add("across", _across)
+REGIONS.add("between", _between)
 
 
 def between_region(shapes: Sequence[BaseGeometry]) -> BaseGeometry:
@@ -235,28 +253,34 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
     return _strip(mirrored, foot, over, gap + OPPOSITE_M)
 
 
-def map_region(grid: Grid, relation: str, relation_class: str) -> BaseGeometry:
+def map_region(grid: Grid, record: Relation) -> BaseGeometry:
     """Return the part of a map that a relation to the map itself means.
 
     Parameters
     ----------
-    grid : the map's cells.
-    relation : what was said, such as ``"middle"``.
-    relation_class : its class; a compass class is a side or corner of the map.
+    grid
+        The map's cells.
+    record
+        What was said of the map.
 
     Returns
     -------
     shapely geometry
-        The outer two fifths on that side, the middle two fifths, or all of the map's cells.
+        The outer two fifths on the side or in the corner of a compass word, the middle two
+        fifths, or all of the map's cells.
     """
     west, south, east, north = grid.cells_extent_m
-    if relation_class not in _SIDES and relation != "middle":
+    middle = record.of_map == "middle"
+    if record.bearing_rad is None and not middle:
         return shapely.box(west, south, east, north)
-    along_x, along_y = _SIDES.get(relation_class, (0, 0))
-    middle = relation == "middle"
-    x0, x1 = _part(west, east, along_x, middle)
-    y0, y1 = _part(south, north, along_y, middle)
+    x0, x1 = _part(west, east, _side(record.bearing_rad, math.cos), middle)
+    y0, y1 = _part(south, north, _side(record.bearing_rad, math.sin), middle)
     return shapely.box(x0, y0, x1, y1)
+
+
+def _side(bearing_rad: float | None, axis: Callable[[float], float]) -> int:
+    """Return -1, 0 or 1: whether a direction points down an axis, across it, or up."""
+    return 0 if bearing_rad is None else round(axis(bearing_rad))
 
 
 def _part(low: float, high: float, side: int, middle: bool) -> tuple[float, float]:

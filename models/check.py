@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.language import RELATION_CLASSES, SpatialRelation
+from sloop_ppl.language import SpatialRelation, words_by_class
 from sloop_ppl.maps import CityMap, Grid, Landmark
-from sloop_ppl.models.directions import COMPASS_RAD
 from sloop_ppl.models.frames import FrameDistribution, FramePart
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
@@ -176,7 +175,7 @@ def _cases(
 ) -> Iterator[_Case]:
     """Yield one relation of each class for each ground, its directions turned."""
     latents: tuple[Latent, ...] = tuple(getattr(likelihood, "latents", ()))
-    for relation_class, words in RELATION_CLASSES.items():
+    for relation_class, words in words_by_class().items():
         word = relation_class if relation_class in words else words[0]
         for ground in ("House", "MainSt", "Pole"):
             for said_m in (None, 25.0) if relation_class == "proximity" else (None,):
@@ -188,8 +187,8 @@ def _cases(
                 angles: tuple[float, ...] = ()
                 if term.needs_frame:
                     angles = _ANGLES
-                elif relation_class in COMPASS_RAD:
-                    angles = (COMPASS_RAD[relation_class],)
+                elif term.compass_rad is not None:
+                    angles = (term.compass_rad,)
                 turned = torch.tensor([turn(a) for a in angles], dtype=torch.float64)
                 yield _Case(term, turned if angles else None)
 

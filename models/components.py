@@ -12,7 +12,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.terms import RelationTerm
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
 __all__ = ["COMBINATIONS", "CUT_TO", "Component", "PhraseTable", "cut_below_uniform"]
@@ -117,7 +117,7 @@ def _idle(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # no
 
     Under ``speaker`` normalisation it is the probability of words chosen carelessly.
     """
-    log_p = -len(terms) * math.log(len(SPEAKER_WORDS))
+    log_p = -len(terms) * math.log(len(speaker_words()))
     return torch.full((1, terms[0].city.grid.size), log_p, dtype=torch.float64)
 
 

@@ -601,7 +601,7 @@ def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[Shared
 
 def _by_class(relation: RelationTerm) -> tuple[bool, str]:
     """Order frame phrases: front and behind, which mean the ground's own front, come first."""
-    return relation.relation_class in ("left", "right"), relation.relation
+    return relation.record.absolute, relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: Preset) -> None:

@@ -13,7 +13,7 @@ from sloop_ppl.models.guard import guarded, trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
 from sloop_ppl.models.terms import RelationTerm
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
 __all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
@@ -127,7 +127,7 @@ class Preset:
         Under ``"map"`` normalisation it is uniform over cells, under ``"truth"`` an even chance,
         and under ``"speaker"`` any word is as likely.
         """
-        level = {"map": 1 / cells, "truth": 0.5, "speaker": 1 / len(SPEAKER_WORDS)}
+        level = {"map": 1 / cells, "truth": 0.5, "speaker": 1 / len(speaker_words())}
         return math.log(level[self.normalisation])
 
 

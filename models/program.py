@@ -43,7 +43,7 @@ from sloop_ppl.models.likelihoods import (
 )
 from sloop_ppl.models.presets import Preset, preset
 from sloop_ppl.models.terms import RelationTerm, word_options
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 
@@ -433,7 +433,7 @@ def log_words(
     -----
     The phrase factor at many known cells at once, which is what learning from them takes.
     """
-    front = options[SPEAKER_WORDS.index("front")]
+    front = options[speaker_words().index("front")]
     angles, log_mass = front_masses(model.frame_prior(front), fronts)
     log_p = word_weights(model.likelihood, options, angles).log_chances(words)
     if denied.any():

@@ -19,7 +19,7 @@ from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import Preset, preset
 from sloop_ppl.models.program import word_weights
 from sloop_ppl.models.terms import RelationTerm, ground_relations, word_options
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS, in_english, speakable_grounds
+from sloop_ppl.models.vocabulary import in_english, speakable_grounds, speaker_words
 
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_mute"]
 
@@ -173,7 +173,7 @@ def simulate(
     For each target: component, then cell, from their priors; grounds uniformly without
     replacement, whatever the cell, so that inference loses nothing by taking them as given; for
     each phrase a front from the model's prior, a slip with the model's lapse, and a word: any
-    when it slips or the component is idle, else from the softmax over `SPEAKER_WORDS` of log g.
+    when it slips or the component is idle, else from the softmax over `speaker_words` of log g.
     Fronts are drawn from the same angles that inference sums over.
 
     Examples
@@ -282,7 +282,7 @@ def _draw(
 
 def _choose_words(phrases: Sequence[_Phrase], model: Preset) -> Iterator[str]:
     """Yield the word of each phrase, those about one ground weighed together."""
-    chances = np.full((len(phrases), len(SPEAKER_WORDS)), 1 / len(SPEAKER_WORDS))
+    chances = np.full((len(phrases), len(speaker_words())), 1 / len(speaker_words()))
     meant: dict[str, list[int]] = {}
     for i, phrase in enumerate(phrases):
         if not phrase.idle:
@@ -293,7 +293,7 @@ def _choose_words(phrases: Sequence[_Phrase], model: Preset) -> Iterator[str]:
             chances[some] = _word_chances([phrases[i] for i in some], model)
     ends = chances.cumsum(1)
     for phrase, end in zip(phrases, ends / ends[:, -1:], strict=True):
-        yield SPEAKER_WORDS[int(np.searchsorted(end, phrase.level, side="right"))]
+        yield speaker_words()[int(np.searchsorted(end, phrase.level, side="right"))]
 
 
 def _word_chances(phrases: Sequence[_Phrase], model: Preset) -> NDArray[np.float64]:

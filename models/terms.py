@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
-from sloop_ppl.language import FRAME_RELATIONS, RELATIONS, WHOLE_MAP, SpatialRelation
+from sloop_ppl.errors import InputError
+from sloop_ppl.language import RELATIONS, WHOLE_MAP, Relation, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
 from sloop_ppl.models._regions import (
-    MAP_CLASS,
     Sense,
     distance_from,
     ground_distance_m,
@@ -25,8 +25,7 @@ from sloop_ppl.models._regions import (
     sense_of,
     shape_fields,
 )
-from sloop_ppl.models.directions import COMPASS_RAD, FRAME_OFFSET_RAD
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["RelationTerm", "ground_relations", "spoken", "word_options"]
 
@@ -40,7 +39,6 @@ class RelationTerm:
     Parameters
     ----------
     relation : canonical relation word.
-    relation_class : the class the word belongs to, such as ``"contact"``.
     grounds : ids of the landmarks, at least one; ``"Map"`` for the map itself.
     city : the map.
     negated : True when the relation was denied.
@@ -57,7 +55,6 @@ class RelationTerm:
     """
 
     relation: str
-    relation_class: str
     grounds: tuple[str, ...]
     city: CityMap
     negated: bool = False
@@ -86,9 +83,27 @@ class RelationTerm:
         return is_map(self.city, self.ground)
 
     @cached_property
+    def record(self) -> Relation:
+        """What the word means of this ground; left of the map is its west."""
+        record = RELATIONS[self.relation]
+        return RELATIONS[record.of_map] if record.of_map and self.is_map else record
+
+    @property
+    def relation_class(self) -> str:
+        """The class the word belongs to, such as ``"contact"``; see `record`."""
+        return self.record.relation_class
+
+    @property
+    def width(self) -> str:
+        """Which of its widths a likelihood takes, such as ``"contact"`` or ``"directed"``."""
+        # A side of the map is a region of its own, in no direction from anything.
+        width = self.record.width or "proximity"
+        return "proximity" if width == "directed" and self.is_map else width
+
+    @cached_property
     def sense(self) -> Sense | None:
         """What the relation measures from; None when that is simply its ground."""
-        return sense_of(self.relation, self.relation_class, self.grounds, self.city, self.joint)
+        return sense_of(self.relation, self.record, self.grounds, self.city, self.joint)
 
     @property
     def fields(self) -> LandmarkFields:
@@ -201,17 +216,20 @@ class RelationTerm:
     @property
     def needs_frame(self) -> bool:
         """Tell whether the direction depends on which way the ground faces."""
-        return self.relation_class in FRAME_RELATIONS
+        return self.record.needs_frame
 
     @property
     def offset_rad(self) -> float:
         """Direction of the relation less the front of its ground (frame relations only)."""
-        return FRAME_OFFSET_RAD[self.relation_class]
+        offset = self.record.offset_rad
+        if offset is None:
+            raise InputError(f"Relation '{self.relation}' has no frame; expected a frame word")
+        return offset
 
     @property
     def compass_rad(self) -> float | None:
         """Direction of a compass relation, None for the others and for the map's own sides."""
-        return None if self.is_map else COMPASS_RAD.get(self.relation_class)
+        return None if self.is_map else self.record.bearing_rad
 
     def directions(self, fronts_rad: Tensor | None) -> Tensor | None:
         """Return the directions the relation points in.
@@ -237,7 +255,6 @@ class RelationTerm:
         """What two relations of one map have in common when they say the same of every cell."""
         return (
             self.relation,
-            self.relation_class,
             self.grounds,
             self.negated,
             self.said_distance_m,
@@ -286,14 +303,7 @@ class RelationTerm:
 
     def as_relation(self, word: str) -> RelationTerm:
         """Return the same grounds in another relation, asserted."""
-        relation_class = _class_of(word, self.is_map)
-        return replace(
-            self,
-            relation=word,
-            relation_class=relation_class,
-            negated=False,
-            said_distance_m=None,
-        )
+        return replace(self, relation=word, negated=False, said_distance_m=None)
 
 
 def ground_relations(
@@ -323,7 +333,6 @@ def ground_relations(
         terms += [
             RelationTerm(
                 relation=relation.relation,
-                relation_class=_class_of(relation.relation, is_map(city, together[0])),
                 grounds=together,
                 city=city,
                 negated=relation.negated,
@@ -346,7 +355,7 @@ def word_options(term: RelationTerm) -> tuple[tuple[RelationTerm, ...], int]:
     Words of one class are one choice: "beside" is chosen when "near" is. A meaning outside the
     vocabulary counts as one more word.
     """
-    options = tuple(term.as_relation(word) for word in SPEAKER_WORDS)
+    options = tuple(term.as_relation(word) for word in speaker_words())
     same = [i for i, o in enumerate(options) if o.relation_class == term.relation_class]
     if same:
         return options, same[-1]
@@ -373,8 +382,3 @@ def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[s
 
 def _ground_id(ground: str, city: CityMap) -> str:
     return WHOLE_MAP if is_map(city, ground) else city.landmark(ground).id
-
-
-def _class_of(word: str, of_map: bool) -> str:
-    relation_class = RELATIONS[word]
-    return MAP_CLASS.get(relation_class, relation_class) if of_map else relation_class

@@ -2,50 +2,44 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import SpatialRelation, TargetObject
+from sloop_ppl.language import RELATIONS, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
 
-__all__ = ["SPEAKER_WORDS", "TEMPLATES", "in_english", "speakable_grounds"]
-
-SPEAKER_WORDS = (
-    "at",
-    "near",
-    "north",
-    "northeast",
-    "east",
-    "southeast",
-    "south",
-    "southwest",
-    "west",
-    "northwest",
-    "front",
-    "behind",
-    "left",
-    "right",
-)
-"""Relation words a simulated speaker chooses from, one per meaning that models tell apart."""
-
-TEMPLATES: dict[str, str] = {
-    "at": "at",
-    "near": "near",
-    "front": "in front of",
-    "behind": "behind",
-    "left": "to the left of",
-    "right": "to the right of",
-    **{
-        word: f"{word} of"
-        for word in (
-            "north", "northeast", "east", "southeast", "south", "southwest", "west", "northwest",
-        )
-    },
-}  # fmt: skip
-"""Relation word of a simulated speaker -> the English that a ground's name follows."""
+__all__ = ["in_english", "speakable_grounds", "speaker_words"]
 
 _JOINS = {"and", "at", "&", "/", ",", "@", "…"}
+
+
+def speaker_words() -> tuple[str, ...]:
+    """Return the words a simulated speaker chooses from, one per meaning that models tell apart.
+
+    What has no direction comes first, then compass words clockwise from north, then frame words:
+    draws depend on the order, so it is part of what a seed means.
+
+    Examples
+    --------
+    >>> speaker_words()[:4]
+    ('at', 'near', 'north', 'northeast')
+    """
+    return _speaker_words(RELATIONS.changes)
+
+
+@lru_cache(maxsize=8)
+def _speaker_words(changes: int) -> tuple[str, ...]:  # noqa: ARG001
+    return tuple(sorted((word for word, r in RELATIONS.items() if r.spoken), key=_turn))
+
+
+def _turn(word: str) -> tuple[int, float]:
+    record = RELATIONS[word]
+    if record.bearing_rad is None:
+        return (2 if record.needs_frame else 0), 0.0
+    return 1, (math.pi / 2 - record.bearing_rad) % (2 * math.pi)
 
 
 def speakable_grounds(city: CityMap) -> tuple[str, ...]:
@@ -92,13 +86,13 @@ def in_english(
 
     Parameters
     ----------
-    relations : of one ground each, with a word of `TEMPLATES`.
+    relations : of as many grounds each as the word takes.
     targets : the figures; each is called by the first of its names.
     city : the map, whose names of the grounds are used.
 
     Raises
     ------
-    InputError : for a relation there is no template for.
+    InputError : for a corner of several grounds, or "between" one.
 
     Examples
     --------
@@ -111,14 +105,13 @@ def in_english(
     called = {target.id: (target.names or (target.id,))[0] for target in targets}
     sentences = []
     for relation in relations:
-        if relation.relation not in TEMPLATES or len(relation.grounds) > 1:
+        record = RELATIONS[relation.relation]
+        if not record.takes(len(relation.grounds)):
             raise InputError(
                 f"Relation '{relation.relation}' of {len(relation.grounds)} grounds has no "
-                f"template; expected one ground and one of {', '.join(TEMPLATES)}"
+                f"template; expected {record.grounds} of them"
             )
-        name = city.landmark(relation.ground).name
+        names = " and ".join(str(city.landmark(ground).name) for ground in relation.grounds)
         denied = "not " if relation.negated else ""
-        sentences.append(
-            f"The {called[relation.figure]} is {denied}{TEMPLATES[relation.relation]} {name}."
-        )
+        sentences.append(f"The {called[relation.figure]} is {denied}{record.phrase} {names}.")
     return " ".join(sentences)

@@ -36,18 +36,24 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
+        self.changes = 0  # what is derived from the entries is made anew when it grows
         self._entries: dict[str, T | _Later] = {}
 
     def add(self, name: str, entry: T) -> T:
         """Register `entry` as `name` and return it; a name is taken only once."""
-        self._check_free(name)
-        self._entries[name] = entry
+        self._put(name, entry)
+        return entry
+
+    def remove(self, name: str) -> T:
+        """Take an entry out again, such as one that is to be replaced, and return it."""
+        entry = self[name]
+        del self._entries[name]
+        self.changes += 1
         return entry
 
     def add_later(self, name: str, module: str, attribute: str) -> None:
         """Register what a module holds, which is imported when the name is first looked up."""
-        self._check_free(name)
-        self._entries[name] = _Later(module, attribute)
+        self._put(name, _Later(module, attribute))
 
     def __getitem__(self, name: str) -> T:
         if name not in self._entries:
@@ -68,6 +74,8 @@ class Registry(Mapping[str, T], Generic[T]):
     def __len__(self) -> int:
         return len(self._entries)
 
-    def _check_free(self, name: str) -> None:
+    def _put(self, name: str, entry: T | _Later) -> None:
         if name in self._entries:
             raise ValueError(f"{self.kind} '{name}' is registered already; choose another name")
+        self._entries[name] = entry
+        self.changes += 1

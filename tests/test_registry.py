@@ -67,3 +67,14 @@ def test_an_entry_may_be_loaded_when_it_is_looked_up(later):
 def test_a_name_is_announced_once(later):
     with pytest.raises(ValueError, match=r"^model 'bayes' is registered already; choose another"):
         later.add_later("bayes", "registry_home", "THREE")
+
+
+def test_an_entry_can_be_taken_out_and_put_in_anew(models):
+    before, changes = list(models), models.changes
+    entry = models.remove(before[0])
+    assert list(models) == before[1:]
+    assert models.add(before[0], entry) is entry
+    assert list(models) == [*before[1:], before[0]]
+    assert models.changes == changes + 2
+    with pytest.raises(UnknownName):
+        models.remove("nothing of the kind")

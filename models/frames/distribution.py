@@ -13,7 +13,10 @@ from scipy.special import ive
 
 from sloop_ppl.errors import InputError
 
-__all__ = ["FrameDistribution", "FramePart"]
+__all__ = ["ABSOLUTE_FRONT_RAD", "FrameDistribution", "FramePart"]
+
+ABSOLUTE_FRONT_RAD = math.pi / 2
+"""The front that makes left and right those of the map: facing north, right is east."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from sloop_ppl.models.directions import ABSOLUTE_FRONT_RAD
-from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
+from sloop_ppl.models.frames.distribution import (
+    ABSOLUTE_FRONT_RAD,
+    FrameDistribution,
+    FramePart,
+)
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.registry import Registry
 from sloop_ppl.rng import child

@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from sloop_ppl.models.directions import ABSOLUTE_FRONT_RAD
-from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
+from sloop_ppl.models.frames.distribution import (
+    ABSOLUTE_FRONT_RAD,
+    FrameDistribution,
+    FramePart,
+)
 from sloop_ppl.models.frames.predictor import NEAREST_STREET, FramePredictor
 from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.registry import Registry
@@ -43,7 +46,7 @@ class PredictedPoint:
 
     def __call__(self, term: RelationTerm) -> FrameDistribution:
         """Return the points the frame may lie at."""
-        if term.relation_class in ("left", "right"):
+        if term.record.absolute:
             return FrameDistribution.points((ABSOLUTE_FRONT_RAD,))
         return FrameDistribution.points(self.predictor(term).modes())
 
@@ -77,7 +80,7 @@ class PredictedSpread:
 
     def __call__(self, term: RelationTerm) -> FrameDistribution:
         """Return the mixture of absolute frame, predicted frames and lapse."""
-        absolute = self.absolute if term.relation_class in ("left", "right") else 0.0
+        absolute = self.absolute if term.record.absolute else 0.0
         parts = [FramePart(ABSOLUTE_FRONT_RAD, self.absolute_kappa, absolute)] if absolute else []
         relative = (1 - absolute) * (1 - self.lapse)
         parts += [

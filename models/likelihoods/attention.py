@@ -115,9 +115,8 @@ class AttentionVectorSumLikelihood:
     def _log_radial(self, term: RelationTerm) -> Tensor:
         width: Any = said_width_m(term, self.contact_m)
         if width is None:
-            directed = term.needs_frame or term.compass_rad is not None
-            contact = term.relation_class == "contact"
-            width = self.directed_m if directed else self.contact_m if contact else self.near_m
+            own = {"contact": self.contact_m, "directed": self.directed_m}
+            width = own.get(term.width, self.near_m)
         return log_student(term.off_m, width, self.tail)
 
 

@@ -77,9 +77,8 @@ class BoxLikelihood:
     def _within(self, term: RelationTerm) -> Tensor:
         reach = said_width_m(term, self.contact_m)
         if reach is None:
-            directed = term.needs_frame or term.compass_rad is not None
-            contact = term.relation_class == "contact"
-            reach = self.directed_m if directed else self.contact_m if contact else self.near_m
+            own = {"contact": self.contact_m, "directed": self.directed_m}
+            reach = own.get(term.width, self.near_m)
         within: Tensor = term.off_m <= reach
         return within
 

@@ -89,9 +89,9 @@ class GaussianLikelihood:
         return log_fall
 
     def _width_m(self, term: RelationTerm) -> Any:
-        if term.relation_class == "contact":
+        if term.width == "contact":
             return self.at_m
-        if term.needs_frame or term.compass_rad is not None:
+        if term.width == "directed":
             return clamped(term.extent_m, self.directed_min_m, self.directed_max_m)
         return self.near_m
 

@@ -12,7 +12,6 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.language import RELATION_CLASSES
 from sloop_ppl.maps.landmark import KINDS
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.terms import RelationTerm
@@ -20,7 +19,12 @@ from sloop_ppl.rng import child
 
 __all__ = ["NeuralLikelihood"]
 
-_CLASSES = tuple(RELATION_CLASSES)
+_CLASSES = (
+    "contact", "proximity", "between", "north", "south", "east", "west", "northeast", "northwest",
+    "southeast", "southwest", "front", "behind", "left", "right", "across",
+)  # fmt: skip
+"""Classes that have a row in the tables of weights, in the order of the rows."""
+
 _KINDS = (*KINDS, "map")
 _FORMS = ("point", "line", "area")
 _EMBEDDED = 4
@@ -80,7 +84,7 @@ class NeuralLikelihood:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         w = self.weights
         place = w["place"] @ self._place_features(term) + w["place_bias"][:, None]
-        level, fall, turn, log_width = w["base"][_CLASSES.index(term.relation_class)]
+        level, fall, turn, log_width = w["base"][_row(term)]
         base = level - fall * torch.log1p((term.off_m / log_width.exp()) ** 2)
         if direction_rad is None:
             return self._log_g(place, base)
@@ -106,8 +110,18 @@ class NeuralLikelihood:
         told.append(same * math.log1p(term.extent_m / 20))
         told += [same * (term.form == form) for form in _FORMS]
         told += [same * (term.kind == kind) for kind in _KINDS]
-        embedded = self.weights["class"][_CLASSES.index(term.relation_class)]
+        embedded = self.weights["class"][_row(term)]
         return torch.cat([torch.stack(told), embedded[:, None] * same])
+
+
+def _row(term: RelationTerm) -> int:
+    """Return the row of a term's class; a class from outside has that of its width."""
+    name = term.relation_class
+    if name not in _CLASSES:
+        name = term.width
+    if name == "directed":
+        name = "front" if term.needs_frame else "north"
+    return _CLASSES.index(name)
 
 
 def _initial(seed: int, hidden: int) -> dict[str, Tensor]:

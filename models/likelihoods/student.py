@@ -104,16 +104,15 @@ class StudentVonMisesLikelihood:
         return log_student(term.off_m, width, self.tail)
 
     def _width_m(self, term: RelationTerm) -> Any:
-        street = term.is_line
-        if term.needs_frame or term.compass_rad is not None:
-            return self.directed_street_m if street else self.directed_m
-        if term.relation_class == "between":
-            return self.between_m
-        if term.relation_class == "across":
-            return self.across_m
-        if term.relation_class == "contact":
-            return self.contact_street_m if street else self.contact_m
-        return self.near_street_m if street else self.near_m
+        widths = {
+            "contact": (self.contact_m, self.contact_street_m),
+            "proximity": (self.near_m, self.near_street_m),
+            "between": (self.between_m, self.between_m),
+            "across": (self.across_m, self.across_m),
+            "directed": (self.directed_m, self.directed_street_m),
+        }
+        other, street = widths[term.width]
+        return street if term.is_line else other
 
 
 def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa: Any) -> Tensor:

@@ -5,25 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from sloop_ppl.language import SpatialRelation
+from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models.directions import COMPASS_RAD
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import Posterior
 
 __all__ = ["facing", "percent", "relations_in_words"]
-
-_PHRASES = {
-    "front": "in front of",
-    "middle": "in the middle of",
-    "side": "at the side of",
-    "top": "at the top of",
-    "across": "across from",
-    **dict.fromkeys(("adjacent", "close", "next"), "{} to"),
-    **dict.fromkeys(("left", "right"), "{} of"),
-}
-"""Relation word -> how it is said before a ground, where that is not the word itself."""
 
 _MOST_LABELS = 3
 
@@ -60,10 +48,7 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{relation.distance_m:g} m " if relation.distance_m is not None else ""
-    said = _PHRASES.get(relation.relation, "{}")
-    if relation.relation in COMPASS_RAD:
-        said = "{} of"
-    return f"{denied}{far}{said.format(relation.relation)} {grounds}"
+    return f"{denied}{far}{RELATIONS[relation.relation].phrase} {grounds}"
 
 
 def percent(p: float, places: int = 0) -> str:

@@ -6,20 +6,15 @@ Importing this package imports neither spaCy nor torch; the parsers load on firs
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP, Relation, words_by_class
 from sloop_ppl.language.values import (
     Description,
     RelationSpans,
     SpatialRelation,
     TargetObject,
     Unresolved,
-)
-from sloop_ppl.language.vocabulary import (
-    COMPASS,
-    FRAME_RELATIONS,
-    RELATION_CLASSES,
-    RELATIONS,
-    WHOLE_MAP,
-    check_relation,
+    Viewpoint,
+    check_viewpoint,
 )
 
 if TYPE_CHECKING:
@@ -48,21 +43,20 @@ _LAZY = {
 }
 
 __all__ = [
-    "COMPASS",
     "DEFAULT_TARGETS",
-    "FRAME_RELATIONS",
     "PARSERS",
     "RELATIONS",
-    "RELATION_CLASSES",
     "WHOLE_MAP",
     "Description",
     "Parser",
     "Recognised",
+    "Relation",
     "RelationSpans",
     "SpatialRelation",
     "TargetObject",
     "Unresolved",
-    "check_relation",
+    "Viewpoint",
+    "check_viewpoint",
     "coloured_text",
     "dependency_parser",
     "html_page",
@@ -73,6 +67,7 @@ __all__ = [
     "parse",
     "recognised",
     "roles",
+    "words_by_class",
 ]
 
 

@@ -7,20 +7,16 @@ from dataclasses import dataclass, field, replace
 from sloop_ppl.language.discourse import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.grounds import Ground, GroundReader
-from sloop_ppl.language.ledger import INVERSE, Ledger, Reading
+from sloop_ppl.language.ledger import Ledger, Reading, converses
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.lookahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
+from sloop_ppl.language.relations import RELATIONS
 
 __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
-_BARE = frozenset(
-    ("behind", "front", "beside", "across", "near", "inside", "outside", "adjacent", "next",
-     "above", "below", "north", "south", "east", "west", "northeast", "northwest", "southeast",
-     "southwest")
-)  # fmt: skip
 
 
 @dataclass
@@ -368,8 +364,8 @@ class _Walk:
         about = phrase.grounds[0]
         clause.spoken = ()
         if phrase.own and clause.named and clause.topic is not None:
-            turned = [INVERSE[r] for r in phrase.relations if r in INVERSE]
-            phrase = replace(phrase, relations=tuple(turned), grounds=(clause.topic,))
+            turned = converses(phrase.relations)
+            phrase = replace(phrase, relations=turned, grounds=(clause.topic,))
         if clause.subject:
             if about.kind == "figure":
                 self.ledger.converse(phrase, clause.subject)
@@ -387,13 +383,14 @@ class _Walk:
         clause, said = self.clause, phrase.relations
         given = [a for a in self.ledger.recent() if a.figures == clause.figures]
         spoken = self.reader.last_spoken()
-        sided = said[0] in (*INVERSE, "middle", "side") or len(said) > 1
+        record = RELATIONS[said[0]]
+        sided = record.converse is not None or record.part or len(said) > 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
-        sided = sided or (ends and said[0] in _BARE)
+        sided = sided or (ends and record.bare)
         elsewhere = phrase.part and bool(self.ledger.said)
-        expected = given or clause.pending or (ends and (said[0] in _BARE or elsewhere))
+        expected = given or clause.pending or (ends and (record.bare or elsewhere))
         if spoken is None or not sided or not expected:
             if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
                 self.ledger.lose(Ground("cue", *phrase.cue))

@@ -10,7 +10,7 @@ from sloop_ppl.language.items import Item
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.places import PlaceIndex
-from sloop_ppl.language.vocabulary import WHOLE_MAP
+from sloop_ppl.language.relations import WHOLE_MAP
 from sloop_ppl.language.words import Word
 
 __all__ = ["Ground", "GroundReader"]

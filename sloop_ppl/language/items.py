@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from sloop_ppl.language.figures import FigureMention
@@ -62,25 +61,9 @@ class Item:
     value: Any = None
 
 
-@lru_cache(maxsize=1)
-def _tries() -> tuple[dict[str, int], dict[tuple[str, ...], str], dict[str, int]]:
-    """Return longest cue per first word, place phrases, and longest place phrase per first word."""
-    cues: dict[str, int] = {}
-    for form in lexicon().cues:
-        cues[form[0]] = max(cues.get(form[0], 0), len(form))
-    places: dict[tuple[str, ...], str] = {}
-    firsts: dict[str, int] = {}
-    for kind in lexicon().place_kinds:
-        for phrase in kind.words:
-            words = tuple(phrase.split())
-            places.setdefault(words, kind.name)
-            firsts[words[0]] = max(firsts.get(words[0], 0), len(words))
-    return cues, places, firsts
-
-
 def place_phrases(norms: Sequence[str], taken: Sequence[bool]) -> list[Item]:
     """Return the kinds of places that are said ("the parking garage"), longest first."""
-    _, places, firsts = _tries()
+    places, firsts = lexicon().place_phrases, lexicon().longest_places
     found: list[Item] = []
     i = 0
     while i < len(norms):
@@ -133,8 +116,8 @@ def read_items(
 
 def _cue(norms: Sequence[str], i: int, fixed: dict[int, Item]) -> Item | None:
     """Return the longest cue at a word, intensifiers inside it allowed."""
-    longest, _, _ = _tries()
     known = lexicon()
+    longest = known.longest_cues
     reach = longest.get(norms[i], 0)
     if not reach:
         return None
@@ -248,7 +231,7 @@ def _directs(norm: str, before: str, after: str) -> bool:
         return True
     if after in _FOLLOWS:
         return True
-    onward = after in _tries()[0] and after not in ("on", "at")
+    onward = after in lexicon().longest_cues and after not in ("on", "at")
     return before in _LEADS and not onward
 
 

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from sloop_ppl.language.discourse import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.phrases import RelationPhrase
+from sloop_ppl.language.relations import RELATIONS
 
-__all__ = ["INVERSE", "Attached", "Ledger", "Reading"]
-
-INVERSE = {
-    "north": "south", "south": "north", "east": "west", "west": "east",
-    "northeast": "southwest", "southwest": "northeast", "northwest": "southeast",
-    "southeast": "northwest", "left": "right", "right": "left", "front": "behind",
-    "behind": "front", "above": "below", "below": "above", "up": "down", "down": "up",
-    "top": "below", "under": "above",
-    **{r: r for r in ("near", "beside", "next", "close", "adjacent", "across", "around", "by")},
-}  # fmt: skip
-"""Relation of A to B -> relation of B to A."""
+__all__ = ["Attached", "Ledger", "Reading", "converses"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +82,7 @@ class Ledger:
 
     def converse(self, phrase: RelationPhrase, places: tuple[Ground, ...]) -> None:
         """Turn "the Dresden is west of the car" round."""
-        relations = tuple(INVERSE[r] for r in phrase.relations if r in INVERSE)
+        relations = converses(phrase.relations)
         for ground in phrase.grounds:
             ids = self.figures.known(ground.ids)
             if ids and relations:
@@ -148,3 +140,9 @@ class Ledger:
         if len(same) == len(told) == len(told[0].figures):
             dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
         self.said[self.sentence :] = dealt
+
+
+def converses(relations: Iterable[str]) -> tuple[str, ...]:
+    """Return the relations of B to A for those of A to B, as far as they have one."""
+    turned = (RELATIONS[relation].converse for relation in relations)
+    return tuple(relation for relation in turned if relation is not None)

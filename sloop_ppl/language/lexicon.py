@@ -1,13 +1,16 @@
-"""The closed classes of words and the cue vocabulary, read from their data files."""
+"""The closed classes of words, and the words of all relations, ready to be looked up."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.resources import files
 from typing import Any
+
+from sloop_ppl.language.relations import RELATIONS
+from sloop_ppl.language.words import split_words
 
 __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 
@@ -37,7 +40,7 @@ class PlaceKind:
     kinds: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lexicon:
     """Everything the rule parser knows about English.
 
@@ -45,7 +48,8 @@ class Lexicon:
     ----------
     classes : word -> the closed classes it belongs to.
     directions : word -> canonical relation, such as ``"upper" -> "top"``.
-    cues : word tuples -> (canonical relation, whether the form itself negates).
+    cues : word tuples -> (canonical relation, whether the form itself negates); of two relations
+        with one form that which was added later has it.
     abbreviations : short word -> full word.
     units_m : unit -> metres.
     numbers : number word -> value.
@@ -76,6 +80,32 @@ class Lexicon:
     closed: frozenset[str]
     plain: frozenset[str]
 
+    @cached_property
+    def longest_cues(self) -> dict[str, int]:
+        """First word of a cue -> the words of the longest that begins with it."""
+        return _longest(self.cues)
+
+    @cached_property
+    def place_phrases(self) -> dict[tuple[str, ...], str]:
+        """What a kind of place is called -> the kind; the first in the file has it."""
+        phrases: dict[tuple[str, ...], str] = {}
+        for kind in self.place_kinds:
+            for phrase in kind.words:
+                phrases.setdefault(tuple(phrase.split()), kind.name)
+        return phrases
+
+    @cached_property
+    def longest_places(self) -> dict[str, int]:
+        """First word of a place phrase -> the words of the longest that begins with it."""
+        return _longest(self.place_phrases)
+
+
+def _longest(phrases: Iterable[tuple[str, ...]]) -> dict[str, int]:
+    longest: dict[str, int] = {}
+    for words in phrases:
+        longest[words[0]] = max(longest.get(words[0], 0), len(words))
+    return longest
+
 
 def camel_words(symbol: str) -> list[str]:
     """Return the lower-case words of a CamelCase symbol.
@@ -99,19 +129,28 @@ def camel_words(symbol: str) -> list[str]:
     return [w for w in words if w]
 
 
-@lru_cache(maxsize=1)
 def lexicon() -> Lexicon:
-    """Return the lexicon that ships with the package."""
+    """Return the words that ship with the package, with those of all relations there are now."""
+    return _lexicon(RELATIONS.changes)
+
+
+@lru_cache(maxsize=1)
+def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
     data = files("sloop_ppl") / "data"
     words: dict[str, Any] = json.loads((data / "words.json").read_text("utf-8"))
-    cues = _cues(json.loads((data / "cues.json").read_text("utf-8"))["cues"])
+    cues = {
+        tuple(w.low for w in split_words(form)): (word, denies)
+        for word, record in RELATIONS.items()
+        for forms, denies in ((record.forms, False), (record.denied_forms, True))
+        for form in forms
+    }
     classes: dict[str, set[str]] = {}
     for name in _CLASSES:
         for word in words[name]:
             classes.setdefault(word, set()).add(name)
             if word.endswith("n't"):
                 classes.setdefault(word.replace("'", ""), set()).add(name)
-    directions = {w: rel for rel, forms in words["directions"].items() for w in forms}
+    directions = {w: word for word, record in RELATIONS.items() for w in record.directions}
     objects = {w: kind for kind, forms in words["object_kinds"].items() for w in forms}
     kinds = tuple(
         PlaceKind(
@@ -151,12 +190,3 @@ def lexicon() -> Lexicon:
         closed=frozenset(closed),
         plain=frozenset(words["plain"]),
     )
-
-
-def _cues(entries: list[dict[str, Any]]) -> dict[tuple[str, ...], tuple[str, bool]]:
-    """Return the surface forms of the vocabulary file."""
-    return {
-        tuple(form.split()): (entry["relation"], bool(entry.get("negated", False)))
-        for entry in entries
-        for form in entry["forms"]
-    }

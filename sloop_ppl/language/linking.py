@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.names import Hit, Name, NameIndex, canonical
-from sloop_ppl.language.vocabulary import COMPASS
 from sloop_ppl.language.words import Word
 
 __all__ = ["LandmarkMention", "link_landmarks"]
@@ -83,7 +82,7 @@ def _spots(words: Sequence[Word], index: NameIndex) -> list[tuple[int, int, Hit]
     for i, word in enumerate(words):
         if word.kind == "mark" and word.low not in "&+":
             continue
-        if word.low in COMPASS and i + 1 < len(words) and words[i + 1].low == "of":
+        if word.low in lexicon().compass and i + 1 < len(words) and words[i + 1].low == "of":
             continue  # "south of Sokos" is a direction, no "S" of a name
         spots += [(i, i + 1, hit) for hit in index.hits(word.low)]
         j = i + 2 if i + 1 < len(words) and words[i + 1].low == "-" else i + 1

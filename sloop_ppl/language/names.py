@@ -98,13 +98,15 @@ class NameIndex:
             t for t in self.vocabulary if len(t) > 3 and t not in unlike and not _digits(t)
         ]
         self._hits: dict[str, tuple[Hit, ...]] = {}
+        self._known = words
         self.junction_names = self._junction_names()
 
     def hits(self, low: str) -> tuple[Hit, ...]:
         """Return every place in a name that this folded word may stand for."""
         found = self._hits.get(low)
-        if found is None:
-            if len(self._hits) > _CACHE:
+        if found is None or self._known is not lexicon():
+            if len(self._hits) > _CACHE or self._known is not lexicon():
+                self._known = lexicon()
                 self._hits.clear()
             found = self._hits[low] = self._look_up(low)
         return found

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.language.targets import check_targets
-from sloop_ppl.language.values import Description, TargetObject
+from sloop_ppl.language.values import Description, TargetObject, Viewpoint
 from sloop_ppl.maps import CityMap
 from sloop_ppl.registry import Registry
 
@@ -89,6 +90,7 @@ def parse(
     city: CityMap,
     targets: Sequence[TargetObject] | None = None,
     parser: str | Parser = "rules",
+    viewpoint: Viewpoint = "map",
 ) -> Description:
     """Read what a text says about where objects are on a map.
 
@@ -99,6 +101,7 @@ def parse(
     targets : the objects that it can speak of; None for GreenToyota, RedHonda and RedBike, and
         for any other object the text names.
     parser : name of a registered parser, ``"module:name"`` of one of yours, or a parser.
+    viewpoint : where who speaks looks from; see :class:`sloop_ppl.language.Description`.
 
     Returns
     -------
@@ -108,7 +111,7 @@ def parse(
 
     Raises
     ------
-    UnknownName : when no parser has this name.
+    UnknownName : when no parser has this name, or there is no such viewpoint.
     InputError : when `text` is not a string.
     DescriptionError : when two targets share an id.
 
@@ -125,7 +128,8 @@ def parse(
     if targets is not None:
         targets = tuple(targets)
         check_targets(targets)
-    return read(text, city, targets)
+    found = read(text, city, targets)
+    return found if viewpoint == found.viewpoint else replace(found, viewpoint=viewpoint)
 
 
 def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> Description:

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from spacy.tokens import Doc, Token
 
-from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.lexicon import Lexicon, lexicon
 from sloop_ppl.language.spelling import mend
 from sloop_ppl.language.words import fold
 
@@ -125,7 +125,7 @@ def _told(path: list[Token]) -> Iterator[tuple[str, tuple[int, ...], bool]]:
                 yield relation, (path[last - 1].i,), negated
             return
         for first in range(max(0, last - 6), last):
-            cue = _bare_cues().get(tuple(words[first:last]))
+            cue = _bare_cues(known).get(tuple(words[first:last]))
             if cue is None or path[last - 1].dep_ in _SUBJECTS:
                 continue
             yield cue[0], tuple(t.i for t in path[first:last]), negated != cue[1]
@@ -148,10 +148,9 @@ def _directions(token: Token) -> list[str]:
 
 
 @lru_cache(maxsize=1)
-def _bare_cues() -> Mapping[tuple[str, ...], tuple[str, bool]]:
+def _bare_cues(known: Lexicon) -> Mapping[tuple[str, ...], tuple[str, bool]]:
     """Return the cues without articles, which never lie on a path."""
-    cues = lexicon().cues
-    bare = {tuple(w for w in form if w not in _FILLERS): cue for form, cue in cues.items()}
+    bare = {tuple(w for w in form if w not in _FILLERS): cue for form, cue in known.cues.items()}
     return {form: cue for form, cue in bare.items() if form}
 
 

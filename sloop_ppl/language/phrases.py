@@ -6,12 +6,10 @@ from dataclasses import dataclass, replace
 
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.items import Cue
-from sloop_ppl.language.vocabulary import RELATIONS
+from sloop_ppl.language.relations import RELATIONS
 
 __all__ = ["RelationPhrase", "read_relation"]
 
-_MAP_SIDES = {"top": "north", "below": "south", "left": "west", "right": "east",
-              "up": "north", "down": "south", "above": "north"}  # fmt: skip
 _MOST_GROUNDS = 6
 _MOST_PARTS = 8
 _PARTS = ("part", "junction", "skip", "none", "dir")
@@ -107,8 +105,8 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
         return _direction(reader, onward, first, cue)
     if ahead == "junction":
         return _junction(reader, onward, first, (cue.relation,), cue.negated)
-    if RELATIONS[cue.relation] == "between":
-        return _between(reader, at)
+    if RELATIONS[cue.relation].grounds == "several":
+        return _several(reader, at, cue.relation)
     return _simple(reader, at, at + 1, cue.relation, cue.negated)
 
 
@@ -208,14 +206,14 @@ def _listed(reader: GroundReader, at: int) -> bool:
     return reader.kind(at + 1) in ("and", "or", "comma", "stop", "end")
 
 
-def _between(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] | None:
+def _several(reader: GroundReader, at: int, relation: str) -> tuple[RelationPhrase, int] | None:
     """Read "between A and B (and C)": one relation with all grounds."""
     item = reader.items[at]
     cue = item.first, item.last
     grounds, after = _all_of(reader, at + 1)
     if not grounds:
-        return RelationPhrase(("between",), (), cue, item.last), at + 1
-    return RelationPhrase(("between",), grounds, cue, grounds[-1].last, joint=True), after
+        return RelationPhrase((relation,), (), cue, item.last), at + 1
+    return RelationPhrase((relation,), grounds, cue, grounds[-1].last, joint=True), after
 
 
 def _all_of(reader: GroundReader, at: int) -> tuple[tuple[Ground, ...], int]:
@@ -283,7 +281,7 @@ def _direction(
         corner = corner or reader.kind(onward) == "junction"
         part = part or reader.kind(onward) in ("part", "junction")
         onward += 1
-    near = cue is not None and part and RELATIONS[cue.relation] == "proximity"
+    near = cue is not None and part and RELATIONS[cue.relation].relation_class == "proximity"
     span = first, reader.items[onward - 1].last
     negated = cue is not None and cue.negated
     if own == "robot":
@@ -328,10 +326,18 @@ def _direction(
 
 def _map_sides(directions: tuple[str, ...]) -> tuple[str, ...]:
     """Return compass words for the sides of the map: its top is north."""
-    compass = [_MAP_SIDES.get(d, d) for d in directions]
+    compass = [_map_side(d) for d in directions]
     if len(compass) == 2 and compass[0] in ("north", "south") and compass[1] in ("east", "west"):
         return (compass[0] + compass[1],)
     return tuple(compass)
+
+
+def _map_side(direction: str) -> str:
+    """Return the compass word for a side of the map; its front stays a front."""
+    record = RELATIONS[direction]
+    if record.needs_frame and not record.absolute:
+        return direction
+    return record.of_map or direction
 
 
 def _owner(reader: GroundReader, at: int) -> str:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
-from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.lexicon import Lexicon, lexicon
 from sloop_ppl.language.words import Word
 
 __all__ = ["mend", "split_run_ons"]
@@ -17,7 +17,6 @@ __all__ = ["mend", "split_run_ons"]
 _LONG = 9
 
 
-@lru_cache(maxsize=20000)
 def mend(low: str, extra: frozenset[str] = frozenset()) -> str:
     """Return the word of the closed classes (or of `extra`) that `low` is a slip of, else `low`.
 
@@ -29,14 +28,18 @@ def mend(low: str, extra: frozenset[str] = frozenset()) -> str:
     >>> mend("betwen"), mend("behnid"), mend("light")
     ('between', 'behind', 'light')
     """
-    known = lexicon()
+    return _mend(low, extra, lexicon())
+
+
+@lru_cache(maxsize=20000)
+def _mend(low: str, extra: frozenset[str], known: Lexicon) -> str:
     if len(low) < 4 or not low.isalpha() or low in known.closed or low in extra:
         return low
     if low in known.plain:
         return low
     allowed = 2 if len(low) >= _LONG else 1
     near = process.extract(
-        low, _long_words(extra), scorer=OSA.distance, score_cutoff=allowed, limit=3
+        low, _long_words(extra, known), scorer=OSA.distance, score_cutoff=allowed, limit=3
     )
     if not near or (len(near) > 1 and near[1][1] == near[0][1]):
         return low
@@ -44,8 +47,8 @@ def mend(low: str, extra: frozenset[str] = frozenset()) -> str:
 
 
 @lru_cache(maxsize=64)
-def _long_words(extra: frozenset[str]) -> tuple[str, ...]:
-    return tuple(sorted(w for w in lexicon().closed | extra if len(w) > 4 and w.isalpha()))
+def _long_words(extra: frozenset[str], known: Lexicon) -> tuple[str, ...]:
+    return tuple(sorted(w for w in known.closed | extra if len(w) > 4 and w.isalpha()))
 
 
 def split_run_ons(words: Sequence[Word], vocabulary: Collection[str]) -> list[Word]:

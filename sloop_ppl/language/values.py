@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias, cast, get_args
 
-from sloop_ppl.errors import DescriptionError
-from sloop_ppl.language.vocabulary import check_relation
+from sloop_ppl.errors import DescriptionError, UnknownName
+from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
 
-__all__ = ["Description", "RelationSpans", "SpatialRelation", "TargetObject", "Unresolved"]
+__all__ = [
+    "Description",
+    "RelationSpans",
+    "SpatialRelation",
+    "TargetObject",
+    "Unresolved",
+    "Viewpoint",
+    "check_viewpoint",
+]
 
 Span = tuple[int, int]
+
+Viewpoint: TypeAlias = Literal["map", "ground"]
+"""Where who speaks looks from: at a map from above, or at a city from the ground in it."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +83,8 @@ class SpatialRelation:
     each: bool = False
 
     def __post_init__(self) -> None:
-        check_relation(self.relation)
+        if self.relation not in RELATIONS:
+            raise UnknownName("relation", self.relation, RELATIONS)
         if not self.grounds:
             raise DescriptionError(
                 f"Relation '{self.relation}' of '{self.figure}' has no ground; "
@@ -114,6 +126,15 @@ class Description:
     unresolved : what was not understood.
     speaker : who says it; None for a person of whom nothing else is known. What one speaker says
         in several texts is one longer description; several speakers are independent.
+    viewpoint : ``"map"`` for who looks at a map, whose up is north, as all did in the paper;
+        ``"ground"`` for who stands in the city. Then up, down, above, below, under and top are no
+        compass words: each relation is put as what it means there (`Relation.from_ground` of its
+        record), so that "under the bridge" is at it and "up the street" near it, in no direction
+        that is known. Sides of the map itself ("the top of the map") stay what they are.
+
+    Raises
+    ------
+    UnknownName : for another viewpoint.
     """
 
     text: str
@@ -122,6 +143,13 @@ class Description:
     relations: tuple[SpatialRelation, ...]
     unresolved: tuple[Unresolved, ...] = ()
     speaker: str | None = None
+    viewpoint: Viewpoint = "map"
+
+    def __post_init__(self) -> None:
+        check_viewpoint(self.viewpoint)
+        if self.viewpoint == "ground":
+            seen = tuple(_from_ground(relation) for relation in self.relations)
+            object.__setattr__(self, "relations", seen)
 
     def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
         """Return the relations whose figure is this target, in the order they were said."""
@@ -139,6 +167,26 @@ class Description:
                 for u in self.unresolved
             ],
         }
+
+
+def check_viewpoint(name: str) -> Viewpoint:
+    """Return a name as a viewpoint.
+
+    Raises
+    ------
+    UnknownName : when it is none.
+    """
+    if name not in get_args(Viewpoint):
+        raise UnknownName("viewpoint", name, get_args(Viewpoint))
+    return cast(Viewpoint, name)
+
+
+def _from_ground(relation: SpatialRelation) -> SpatialRelation:
+    """Return a relation as who stands on the ground means it."""
+    meant = RELATIONS[relation.relation].from_ground
+    if meant is None or WHOLE_MAP in relation.grounds:
+        return relation
+    return replace(relation, relation=meant)
 
 
 def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:

@@ -35,7 +35,7 @@ def test_relations_are_told_as_they_are_said():
     )
     assert relations_in_words(posterior(what), TARGET) == (
         "in front of House",
-        "not left of House",
+        "not to the left of House",
         "north of Main Street",
         "at the top of Main Street",
         "between House and Main Street",

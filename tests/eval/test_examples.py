@@ -9,7 +9,7 @@ import shapely
 
 from sloop_ppl.eval import bundled_examples
 from sloop_ppl.inference import infer_description
-from sloop_ppl.language import COMPASS, FRAME_RELATIONS, RELATIONS, Description
+from sloop_ppl.language import RELATIONS, Description
 from sloop_ppl.maps import bundled_maps, load_map
 
 COMPASS_DEG = {
@@ -65,7 +65,8 @@ def test_one_is_negated_and_one_has_several_grounds():
 def test_what_is_said_is_true(scene, relation):
     """Within reach of its grounds, and on the side of them that the word names."""
     city = load_map(scene.map)
-    kind = RELATIONS[relation.relation]
+    record = RELATIONS[relation.relation]
+    kind = record.relation_class
     for ground in relation.grounds:
         distance, bearing = seen_from(scene, relation, ground)
         if relation.negated:
@@ -75,9 +76,9 @@ def test_what_is_said_is_true(scene, relation):
         else:
             # A word of direction may be said of a whole street from far along it.
             assert distance <= 30
-        if kind in COMPASS:
+        if record.is_compass:
             assert math.cos(bearing - math.radians(COMPASS_DEG[kind])) > 0.4
-        if kind in FRAME_RELATIONS:
+        if record.needs_frame:
             front = math.pi / 2
             if kind in ("front", "behind"):
                 front = city.bearing_to_nearest_path(ground)

@@ -154,7 +154,7 @@ def test_a_network_learns_which_street_counts_and_is_sure_of_it():
     rule = FRAME_PREDICTORS["nearest-street"]
     ruled = [
         abs(math.remainder(
-            rule(RelationTerm("front", "front", (one.building,), town)).modes()[0] - one.front_rad,
+            rule(RelationTerm("front", (one.building,), town)).modes()[0] - one.front_rad,
             2 * math.pi,
         )) < 0.3
         for one in labels

@@ -10,7 +10,7 @@ from sloop_ppl.inference import infer_description
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import speaker_of
 from sloop_ppl.models.simulate import SPEAKER, simulate
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(9, 10.0), house=(12.0, -7.0), street_y=30.0)
@@ -24,7 +24,7 @@ def test_words_are_weighed_by_their_evidence_given_the_others():
     check, _ = posterior.predictive(TARGET)
     speaks = speaker_of("bayes")
     base = float(infer_description(said(others), CITY, speaks)[0].log_evidence)
-    for word in SPEAKER_WORDS:
+    for word in speaker_words():
         both = infer_description(said(others, relation(word, "House")), CITY, speaks)[0]
         # The careless component speaks of both phrases, so the mixture does not factorise: compare
         # under a speaker who is never careless.
@@ -34,7 +34,7 @@ def test_words_are_weighed_by_their_evidence_given_the_others():
     posterior, _ = infer_description(what, CITY, "sloop")
     check, _ = posterior.predictive(TARGET)
     base = float(infer_description(said(others), CITY, literal)[0].log_evidence)
-    for word in SPEAKER_WORDS:
+    for word in speaker_words():
         both, _ = infer_description(said(others, relation(word, "House")), CITY, literal)
         expected = np.exp(float(both.log_evidence) - base)
         assert check.words[word] == pytest.approx(expected, rel=1e-6, abs=1e-12)

@@ -154,7 +154,7 @@ def sense(to):
         ("behind", to),
         (0.6, 0.4),
         concerns=lambda term: term.relation == "behind",
-        given=lambda term, value: replace(term, relation=value, relation_class=value),
+        given=lambda term, value: replace(term, relation=value),
     )
 
 

@@ -38,7 +38,7 @@ NAMES = ("ego-ctx", "ctx", "ego")
 
 
 def front_of(city, name, predictor="ego-ctx"):
-    return FRAME_PREDICTORS[predictor](RelationTerm("front", "front", (name,), city))
+    return FRAME_PREDICTORS[predictor](RelationTerm("front", (name,), city))
 
 
 @pytest.mark.parametrize("name", NAMES)

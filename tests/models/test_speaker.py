@@ -12,7 +12,7 @@ from sloop_ppl.models._speaker import front_masses
 from sloop_ppl.models.program import log_words, word_weights
 from sloop_ppl.models.simulate import SPEAKER
 from sloop_ppl.models.terms import word_options
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 from tests.phrases import log_phrase
 from tests.scenes import house_and_street, relation, symmetric_grid
 
@@ -48,7 +48,7 @@ def test_a_word_is_chosen_by_the_softmax_of_all_of_them(ground):
     fronts = np.array([0.1, 2.0, -1.0])
     options, chosen = word_options(term)
     assert options[chosen].relation == "left"
-    by_hand = np.zeros((len(SPEAKER_WORDS), 3, CITY.grid.size))
+    by_hand = np.zeros((len(speaker_words()), 3, CITY.grid.size))
     for i, option in enumerate(options):
         towards = option.compass_rad
         for b, front in enumerate(fronts):
@@ -64,14 +64,14 @@ def test_a_word_is_chosen_by_the_softmax_of_all_of_them(ground):
 
 def test_a_meaning_outside_the_vocabulary_is_one_more_word():
     options, chosen = word_options(term_of("across", "MainSt"))
-    assert (len(options), chosen) == (len(SPEAKER_WORDS) + 1, len(SPEAKER_WORDS))
-    assert word_options(term_of("beside"))[1] == SPEAKER_WORDS.index("near")
+    assert (len(options), chosen) == (len(speaker_words()) + 1, len(speaker_words()))
+    assert word_options(term_of("beside"))[1] == speaker_words().index("near")
 
 
 def test_phrases_at_known_cells_are_those_of_the_whole_map():
     words = ["left", "near", "northeast", "front", "at"]
     denied = np.array([False, False, True, True, False])
-    chosen = [SPEAKER_WORDS.index(word) for word in words]
+    chosen = [speaker_words().index(word) for word in words]
     options, _ = word_options(term_of("near").at(CELLS))
     told = log_words(options, PLAIN, np.array(chosen), denied, fronts=360)
     expected = [

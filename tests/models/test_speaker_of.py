@@ -42,12 +42,12 @@ def test_it_runs_forward_and_what_it_says_is_understood(name):
 
 def test_the_words_that_could_have_been_said_have_probabilities_that_sum_to_one():
     """The evidence of one phrase, summed over all words of its ground."""
-    from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+    from sloop_ppl.models.vocabulary import speaker_words
 
     total = sum(
         np.exp(float(infer_description(said(relation(w, "House")), CITY, "bayes")[0]
                      .speaking().log_evidence))
-        for w in SPEAKER_WORDS
+        for w in speaker_words()
     )  # fmt: skip
     assert total == pytest.approx(1, abs=1e-6)
 

@@ -22,7 +22,7 @@ from sloop_ppl.models import (
     program_data,
 )
 from sloop_ppl.models.presets import Normalisation
-from sloop_ppl.models.vocabulary import SPEAKER_WORDS
+from sloop_ppl.models.vocabulary import speaker_words
 from tests.phrases import log_phrase, log_phrase_given_front
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
@@ -186,6 +186,8 @@ def test_speaker_makes_words_a_distribution_at_every_cell():
     fronts = np.linspace(-np.pi, np.pi, 7)
     total = sum(
         log_phrase_given_front(term, CITY, model, fronts).exp()
-        for term in ground_relations(tuple(relation(word, "House") for word in SPEAKER_WORDS), CITY)
+        for term in ground_relations(
+            tuple(relation(word, "House") for word in speaker_words()), CITY
+        )
     )
     torch.testing.assert_close(total, torch.ones_like(total))
