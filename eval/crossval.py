@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import DescribedScene
 from sloop_ppl.inference.learning import Example, fit
-from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import Preset, unfitted
 
@@ -21,9 +20,8 @@ def examples_of(
     examples = []
     for scene in scenes:
         city = find_map(scene.map)
-        said = Description(scene.text, city.name, scene.objects, scene.relations)
         cells = {target: place.cell for target, place in scene.targets.items()}
-        examples.append(Example(said, city, cells, scene.speaker))
+        examples.append(Example(scene.description(city), city, cells, scene.speaker))
     return examples
 
 

@@ -97,7 +97,9 @@ def describe_set(
     facts = [told for scene in scenes for told in facts_of(scene, find_map(scene.map))]
     read, whole = 0, 0
     for scene in scenes:
-        said = parse(scene.text, find_map(scene.map), scene.objects or None)
+        said = parse(
+            scene.text, find_map(scene.map), scene.objects or None, viewpoint=scene.viewpoint
+        )
         found = {relation.figure for relation in said.relations}
         read += sum(target in found for target in scene.targets)
         whole += set(scene.targets) <= found if scene.targets else bool(found)

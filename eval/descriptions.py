@@ -14,7 +14,15 @@ from typing import Any
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.eval._records import Fault, Record
-from sloop_ppl.language import WHOLE_MAP, SpatialRelation, TargetObject
+from sloop_ppl.language import (
+    RELATIONS,
+    WHOLE_MAP,
+    Description,
+    SpatialRelation,
+    TargetObject,
+    Viewpoint,
+    check_viewpoint,
+)
 from sloop_ppl.maps import CityMap, Grid, load_map
 
 __all__ = [
@@ -81,6 +89,8 @@ class DescribedScene:
     relations : the gold relations; the entries of a group are one relation.
     speaker : who said it, or None.
     frames : annotated frames of reference.
+    viewpoint : where the speaker looked from; the relations are those meant from there. See
+        :class:`sloop_ppl.language.Description`.
     """
 
     id: str
@@ -91,6 +101,7 @@ class DescribedScene:
     relations: tuple[SpatialRelation, ...] = ()
     speaker: str | None = None
     frames: tuple[FrameAnnotation, ...] = ()
+    viewpoint: Viewpoint = "map"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -104,6 +115,12 @@ class DescribedScene:
     def objects(self) -> tuple[TargetObject, ...]:
         """The declared objects in file order; empty means the default ones."""
         return tuple(declared_object(name) for name in self.targets)
+
+    def description(self, city: CityMap) -> Description:
+        """Return what is said on a map according to the gold relations."""
+        return Description(
+            self.text, city.name, self.objects, self.relations, viewpoint=self.viewpoint
+        )
 
     def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
         """Return the gold relations of one target, in file order."""
@@ -224,15 +241,21 @@ def _scene(record: Record, find: FindMap) -> DescribedScene:
     except SloopError as error:
         raise Fault("map", f"names no map that can be used: {error}") from error
     targets = {n: _place(p, city.grid) for n, p in record.members("targets")}
+    try:
+        viewpoint = check_viewpoint(record.text("viewpoint", "map"))
+    except SloopError as error:
+        raise record.fault("viewpoint", f"is none: {error}") from error
+    gold = _relations(record.entries("relations"), targets, city)
     return DescribedScene(
         id=scene_id,
         map=name,
         configuration=record.text("configuration", scene_id),
         text=text,
         targets=targets,
-        relations=_relations(record.entries("relations"), targets, city),
+        relations=Description(text, name, (), gold, viewpoint=viewpoint).relations,
         speaker=record.optional_text("speaker"),
         frames=tuple(_frame(e, city) for e in record.entries("frames", required=False)),
+        viewpoint=viewpoint,
     )
 
 
@@ -279,7 +302,8 @@ def _relations(
         group = entry.group()
         key: object = ("group", group)
         if group is None:
-            key = ("between", figure, negated) if word == "between" else ("alone", index)
+            several = RELATIONS[word].grounds == "several"
+            key = (word, figure, negated) if several else ("alone", index)
         first = merged.setdefault(key, relation)
         if (first.figure, first.relation, first.negated) != (figure, word, negated):
             raise entry.fault(

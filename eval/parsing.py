@@ -121,7 +121,7 @@ def score_parser(
         if rng is not None and misspelt:
             text = misspell(text, misspelt, rng=child(rng, "misspell", scene.id))
         city = one_map or maps.get(scene.map) or maps.setdefault(scene.map, find_map(scene.map))
-        read = parse(text, city, scene.objects or None, parser=parser)
+        read = parse(text, city, scene.objects or None, parser, scene.viewpoint)
         gold = _entries(scene.relations, "" if one_map is None else f"{scene.map}/")
         pairs.append((scene.id, gold, read))
     return _score(pairs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -196,8 +196,8 @@ def read_scene(
 ) -> tuple[CityMap, Description]:
     """Return the map and what a model is told: the gold relations, or what the rules read."""
     if relations == "parsed":
-        return city, parse(scene.text, city, scene.objects)
-    return city, Description(scene.text, city.name, scene.objects, scene.relations)
+        return city, parse(scene.text, city, scene.objects, viewpoint=scene.viewpoint)
+    return city, scene.description(city)
 
 
 def beliefs_of(
@@ -212,7 +212,7 @@ def beliefs_of(
     beliefs = dict.fromkeys(scene.targets, uniform)
     places = {target: (place.x_m, place.y_m) for target, place in scene.targets.items()}
     if model.needs_truth:  # it is told the place, whatever was read
-        said = Description(said.text, city.name, scene.objects, said.relations)
+        said = replace(said, targets=scene.objects)
     elif not said.relations:
         return beliefs
     try:

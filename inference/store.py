@@ -287,7 +287,10 @@ def _description(data: dict[str, Any]) -> Description:
     unresolved = tuple(
         Unresolved(u["text"], _span(u["span"]), tuple(u["candidates"])) for u in data["unresolved"]
     )
-    return Description(data["text"], data["map"], targets, relations, unresolved, data["speaker"])
+    viewpoint = data.get("viewpoint", "map")  # files of before there were two have none
+    return Description(
+        data["text"], data["map"], targets, relations, unresolved, data["speaker"], viewpoint
+    )
 
 
 def _span(value: list[int]) -> tuple[int, int]:

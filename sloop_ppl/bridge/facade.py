@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl import language
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import Description, TargetObject, no_relation_found
+from sloop_ppl.language import Description, TargetObject, Viewpoint, no_relation_found
 from sloop_ppl.maps import CityMap, load_map
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def parse(
     city: CityMap | str | Path,
     targets: Sequence[TargetObject] | None = None,
     parser: str = "rules",
+    viewpoint: Viewpoint = "map",
 ) -> Description:
     """Read what a text says about where targets are.
 
@@ -38,6 +39,9 @@ def parse(
         The objects it may speak of; the default ones when None.
     parser
         Name of the parser.
+    viewpoint
+        ``"map"`` for who looks at a map, whose up is north; ``"ground"`` for who stands in the
+        city. See :class:`sloop_ppl.language.Description`.
 
     Returns
     -------
@@ -47,9 +51,9 @@ def parse(
     Raises
     ------
     UnknownName
-        When there is no such parser, or map.
+        When there is no such parser, map or viewpoint.
     """
-    return language.parse(text, _city(city), targets=targets, parser=parser)
+    return language.parse(text, _city(city), targets, parser, viewpoint)
 
 
 def infer(

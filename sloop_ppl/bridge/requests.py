@@ -11,7 +11,7 @@ from sloop_ppl.bridge.facade import infer, parse
 from sloop_ppl.bridge.spoken import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
-from sloop_ppl.language import load_targets, no_relation_found
+from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import (
     PredictedPoint,
@@ -74,6 +74,7 @@ def posterior_of(
     frames: str | None = None,
     params: Path | None = None,
     prior: str | None = None,
+    viewpoint: str = "map",
     truth: dict[str, tuple[float, float]] | None = None,
     rng: np.random.Generator | None = None,
 ) -> Posterior:
@@ -87,6 +88,7 @@ def posterior_of(
     model, variant, engine, frames : names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
     params : file of parameters.
     prior : a name or file; see :func:`sloop_ppl.models.cell_prior`.
+    viewpoint : where who speaks looks from; see :class:`sloop_ppl.language.Description`.
     truth : true places, for models that need them.
     rng : wanted by engines that draw.
 
@@ -98,7 +100,7 @@ def posterior_of(
     before = None if prior is None else cell_prior(prior)
     city = load_map(map_name)
     declared = load_targets(targets) if targets else None
-    said = parse(text, city, targets=declared)
+    said = parse(text, city, targets=declared, viewpoint=check_viewpoint(viewpoint))
     if not said.relations:
         raise no_relation_found(said, city, declared)
     return infer(said, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)

@@ -76,7 +76,8 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
     known = {t.id: t for d in posterior.descriptions for t in d.targets}
     targets = tuple(known.get(name, TargetObject(name)) for name in posterior.targets)
     earlier = "".join(f"{t.rstrip(' .!?;,')}. " for t in (*posterior.texts, *before) if t.strip())
-    whole = parse(earlier + text, posterior.city, targets=targets)
+    viewpoint = posterior.descriptions[-1].viewpoint if posterior.descriptions else "map"
+    whole = parse(earlier + text, posterior.city, targets=targets, viewpoint=viewpoint)
     n = len(earlier)
     relations = tuple(
         replace(relation, spans=_moved(relation.spans, n))
@@ -94,6 +95,7 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
             for u in whole.unresolved
             if u.span[0] >= n
         ),
+        viewpoint=viewpoint,
     )
     if not relations:
         raise no_relation_found(description, posterior.city, targets)

@@ -18,6 +18,7 @@ from sloop_ppl.cli.options import (
     Targets,
     Text,
     Variant,
+    Viewpoint,
 )
 from sloop_ppl.cli.output import print_data, print_json, progress
 
@@ -34,6 +35,7 @@ def infer(
     frames: Frames = None,
     params: Params = None,
     prior: Prior = None,
+    viewpoint: Viewpoint = "map",
     out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the beliefs and what explains them, .png .pdf .svg.")
@@ -66,7 +68,7 @@ def infer(
 
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
-        params=params, prior=prior, rng=np.random.default_rng(seed),
+        params=params, prior=prior, viewpoint=viewpoint, rng=np.random.default_rng(seed),
     )  # fmt: skip
     for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:

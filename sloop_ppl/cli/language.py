@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json, Map, Nlp, Targets, Text
+from sloop_ppl.cli.options import Json, Map, Nlp, Targets, Text, Viewpoint
 from sloop_ppl.cli.output import print_data, print_json
 from sloop_ppl.outputs import check_output, written_whole
 
@@ -19,6 +19,7 @@ def parse(
     map_: Map,
     targets: Targets = None,
     nlp: Nlp = None,
+    viewpoint: Viewpoint = "map",
     html: Annotated[
         Path | None, typer.Option(help="Also write the coloured sentence as a page, .html.")
     ] = None,
@@ -33,7 +34,7 @@ def parse(
     city = sloop.load_map(map_)
     declared = language.load_targets(targets) if targets else None
     parser = language.dependency_parser(nlp) if nlp else "rules"
-    said = language.parse(text, city, declared, parser)
+    said = language.parse(text, city, declared, parser, language.check_viewpoint(viewpoint))
     if page:
         with written_whole(page) as path:
             path.write_text(language.html_page(said), encoding="utf-8")

@@ -21,6 +21,7 @@ __all__ = [
     "Targets",
     "Text",
     "Variant",
+    "Viewpoint",
 ]
 
 Text = Annotated[str, typer.Argument(help="What was said, in English.", show_default=False)]
@@ -59,6 +60,13 @@ Prior = Annotated[
     typer.Option(
         help="Belief before anything is said: a name of `sloop list priors`, a .nc or .json file.",
         show_default=False,
+    ),
+]
+Viewpoint = Annotated[
+    str,
+    typer.Option(
+        help="Where who speaks looks from: a map, whose up is north, or the ground, where up, "
+        "down, above and under are no compass words."
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
