@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.infer import infer_batch
-from sloop_ppl.language import Description
+from sloop_ppl.language import RELATIONS, Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import PredictedSpread, Preset
 from sloop_ppl.models.likelihoods import parameters_of, with_values
@@ -85,8 +85,10 @@ def wider(model: Preset, times: float) -> Preset:
 
 def mirrored(said: Description) -> Description:
     """Return a description with left and right swapped."""
-    other = {"left": "right", "right": "left"}
-    swapped = tuple(replace(r, relation=other.get(r.relation, r.relation)) for r in said.relations)
+    sides = {word: record.converse for word, record in RELATIONS.items() if record.absolute}
+    swapped = tuple(
+        replace(r, relation=sides.get(r.relation) or r.relation) for r in said.relations
+    )
     return replace(said, relations=swapped)
 
 

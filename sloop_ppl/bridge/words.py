@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
+from sloop_ppl.maps.whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import Posterior
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
 __all__ = ["facing", "percent", "relations_in_words"]
 
 _MOST_LABELS = 3
-
-_COMPASS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
 
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
@@ -36,7 +35,7 @@ def facing(angle_rad: float) -> str:
     >>> facing(-1.6)
     'south'
     """
-    return _COMPASS[round(angle_rad / (math.pi / 4)) % 8]
+    return COMPASS_POINTS[round(angle_rad / (math.pi / 4)) % 8]
 
 
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:

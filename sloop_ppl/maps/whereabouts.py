@@ -7,9 +7,12 @@ import math
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS, Landmark
 
-__all__ = ["nearest_landmark", "whereabouts"]
+__all__ = ["COMPASS_POINTS", "nearest_landmark", "whereabouts"]
 
-_COMPASS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
+COMPASS_POINTS = (
+    "east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast",
+)  # fmt: skip
+"""Words for the eighths of a turn, anticlockwise from east."""
 
 
 def nearest_landmark(city: CityMap, x_m: float, y_m: float) -> Landmark | None:
@@ -46,7 +49,7 @@ def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
         else:
             x, y = city.centroid(landmark.id)
             octant = round(math.atan2(y_m - y, x_m - x) / (math.pi / 4)) % 8
-            said.append(f"{distance:.0f} m {_COMPASS[octant]} of {landmark.label}")
+            said.append(f"{distance:.0f} m {COMPASS_POINTS[octant]} of {landmark.label}")
     paths = city.of_kind(*PATH_KINDS)
     street = city.nearest(x_m, y_m, [m for m in paths if m.name] or paths)
     if street is not None:
