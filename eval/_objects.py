@@ -28,7 +28,8 @@ def declared_object(object_id: str) -> TargetObject:
 
     Parameters
     ----------
-    object_id : CamelCase words: optionally a colour, then a noun or the make of a car.
+    object_id
+        CamelCase words: optionally a colour, then a noun or the make of a car.
 
     Returns
     -------

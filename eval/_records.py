@@ -14,8 +14,10 @@ class Fault(Exception):
 
     Attributes
     ----------
-    field : path of the field, such as ``"targets.RedBike.east_m"``.
-    what : what was found and what was expected, to be read after the field.
+    field
+        Path of the field, such as ``"targets.RedBike.east_m"``.
+    what
+        What was found and what was expected, to be read after the field.
     """
 
     def __init__(self, field: str, what: str) -> None:
@@ -28,8 +30,10 @@ class Record:
 
     Parameters
     ----------
-    data : the parsed object.
-    path : what stands before its fields' names in messages.
+    data
+        The parsed object.
+    path
+        What stands before its fields' names in messages.
     """
 
     def __init__(self, data: Mapping[str, Any], path: str = "") -> None:

@@ -43,8 +43,10 @@ class Backend(Protocol):
 
         Raises
         ------
-        InputError : when the cluster cannot be reached, or the backend takes no address.
-        WorkersLost : when a worker was killed.
+        InputError
+            When the cluster cannot be reached, or the backend takes no address.
+        WorkersLost
+            When a worker was killed.
         """
         ...
 
@@ -54,8 +56,10 @@ def check_backend(name: str, address: str | None) -> None:
 
     Raises
     ------
-    UnknownName : when there is none of this name.
-    InputError : when it takes no address and one is given, or needs a package that is not there.
+    UnknownName
+        When there is none of this name.
+    InputError
+        When it takes no address and one is given, or needs a package that is not there.
     """
     BACKENDS[name]
     if name in _PACKAGES:
@@ -186,8 +190,8 @@ def _knock(cluster: str, address: str | None) -> None:
 
 def _unreachable(cluster: str, address: str | None, error: Exception) -> InputError:
     where = "on this machine" if address is None else f"at '{address}'"
-    told = " ".join(str(error).split())[:200]
-    return InputError(f"No {cluster} cluster can be used {where}: {told}; check --address")
+    message = " ".join(str(error).split())[:200]
+    return InputError(f"No {cluster} cluster can be used {where}: {message}; check --address")
 
 
 BACKENDS: Registry[Backend] = Registry("backend")

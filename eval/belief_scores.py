@@ -41,8 +41,10 @@ class Region:
 
     Parameters
     ----------
-    covers : probability, in [0, 1], that the true cell is in it; see Notes.
-    area_m2 : its area, square metres.
+    covers
+        Probability, in [0, 1], that the true cell is in it; see Notes.
+    area_m2
+        Its area, square metres.
 
     Notes
     -----
@@ -61,14 +63,21 @@ class BeliefScore:
 
     Parameters
     ----------
-    log_score : natural log of the belief at the true cell, floored at 1e-300.
-    rank : how many cells have a higher belief than the true one, half of the ties counted.
-    expected_distance_m : mean distance under the belief from the true place, metres.
-    mass_15m : belief in the cells whose centres are within 15 m of the true place.
-    in_hpd90 : share, in [0, 1], of the ways to order tied cells in which the smallest set of
-        cells that holds 90 % of the belief has the true cell in it; 0 or 1 without ties.
-    log_score_mixed : log score with 1 % of the uniform belief mixed in.
-    regions : the region of each of `LEVELS`.
+    log_score
+        Natural log of the belief at the true cell, floored at 1e-300.
+    rank
+        How many cells have a higher belief than the true one, half of the ties counted.
+    expected_distance_m
+        Mean distance under the belief from the true place, metres.
+    mass_15m
+        Belief in the cells whose centres are within 15 m of the true place.
+    in_hpd90
+        Share, in [0, 1], of the ways to order tied cells in which the smallest set of cells that
+        holds 90 % of the belief has the true cell in it; 0 or 1 without ties.
+    log_score_mixed
+        Log score with 1 % of the uniform belief mixed in.
+    regions
+        The region of each of `LEVELS`.
     """
 
     log_score: float
@@ -86,13 +95,19 @@ class ScoredTarget:
 
     Parameters
     ----------
-    scene : id of the description.
-    configuration : the placement of objects it describes.
-    target : id of the target.
-    map : name of the map.
-    relations : words of the gold relations of the target: the class of compass and frame words,
-        the word itself of the others.
-    score : how good the belief is.
+    scene
+        Id of the description.
+    configuration
+        The placement of objects it describes.
+    target
+        Id of the target.
+    map
+        Name of the map.
+    relations
+        Words of the gold relations of the target: the class of compass and frame words, the word
+        itself of the others.
+    score
+        How good the belief is.
     """
 
     scene: str
@@ -108,9 +123,12 @@ def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> Belie
 
     Parameters
     ----------
-    belief : probability of each cell, shape (H, W), summing to one.
-    grid : the cells.
-    truth : where the target is.
+    belief
+        Probability of each cell, shape (H, W), summing to one.
+    grid
+        The cells.
+    truth
+        Where the target is.
 
     Notes
     -----

@@ -29,11 +29,16 @@ def clustered_interval(
 
     Parameters
     ----------
-    values : one value per observation, finite.
-    clusters : the cluster of each observation, such as its configuration of objects.
-    rng : draws the clusters; the same seed gives the same interval.
-    draws : how often, > 0.
-    level : probability of the interval, in (0, 1).
+    values
+        One value per observation, finite.
+    clusters
+        The cluster of each observation, such as its configuration of objects.
+    rng
+        Draws the clusters; the same seed gives the same interval.
+    draws
+        How often, > 0.
+    level
+        Probability of the interval, in (0, 1).
 
     Returns
     -------
@@ -43,7 +48,8 @@ def clustered_interval(
 
     Raises
     ------
-    InputError : when there is no value, or not one cluster per value.
+    InputError
+        When there is no value, or not one cluster per value.
 
     Notes
     -----

@@ -20,7 +20,8 @@ def breakdown(scores: Sequence[ScoredTarget]) -> dict[str, Any]:
 
     Parameters
     ----------
-    scores : of one model, at least one.
+    scores
+        Scores of one model, at least one.
 
     Returns
     -------

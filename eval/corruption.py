@@ -22,10 +22,13 @@ def misspell(text: str, share: float, *, rng: np.random.Generator) -> str:
 
     Parameters
     ----------
-    text : any text.
-    share : probability, in [0, 1], that a word of five letters or more gets one edit: a letter
+    text
+        Any text.
+    share
+        Probability, in [0, 1], that a word of five letters or more gets one edit: a letter
         inserted, left out or replaced, or two neighbours swapped.
-    rng : draws the words and the edits.
+    rng
+        Draws the words and the edits.
 
     Examples
     --------
@@ -56,7 +59,8 @@ def merge_maps(cities: Iterable[CityMap]) -> CityMap:
 
     Parameters
     ----------
-    cities : at least one map; names are unique.
+    cities
+        At least one map; names are unique.
 
     Returns
     -------
@@ -66,7 +70,8 @@ def merge_maps(cities: Iterable[CityMap]) -> CityMap:
 
     Raises
     ------
-    InputError : when there is no map, or two share a name.
+    InputError
+        When there is no map, or two share a name.
     """
     cities = list(cities)
     names = [city.name for city in cities]

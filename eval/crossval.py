@@ -37,16 +37,22 @@ def refitted(
 
     Parameters
     ----------
-    scenes : of at least two maps.
-    model : where the fit starts; `bayes` starts from where it stood before its own fit, which
-        has seen all maps.
-    find_map : gives the map of a scene by name.
-    iterations : at most this many of L-BFGS per fit.
-    progress : told how it goes, a line at a time.
+    scenes
+        Scenes of at least two maps.
+    model
+        Where the fit starts; `bayes` starts from where it stood before its own fit, which has seen
+        all maps.
+    find_map
+        Gives the map of a scene by name.
+    iterations
+        At most this many of L-BFGS per fit.
+    progress
+        Called with a line at a time on how it goes.
 
     Raises
     ------
-    InputError : when all scenes are of one map.
+    InputError
+        When all scenes are of one map.
     """
     maps = list(dict.fromkeys(scene.map for scene in scenes))
     if len(maps) < 2:

@@ -27,18 +27,27 @@ class SetSummary:
 
     Parameters
     ----------
-    descriptions, targets, configurations, speakers : how many; speakers as far as they are told.
-    words_mean : mean number of words of a text.
-    targets_with_relation : targets of which the gold says something.
-    targets_read : targets of which the parser read something.
-    descriptions_read : descriptions of which the parser read all targets.
-    good_frames, bad_frames : targets with frame relations whose predicted fronts are right, or
-        not; see :class:`sloop_ppl.eval.facts.TargetFacts`.
-    relations : relation -> how often the gold says it.
-    relations_per_target : number of relations -> number of targets.
-    descriptions_per_configuration, targets_per_configuration : number of descriptions, and of
-        different targets -> number of configurations.
-    maps : map -> number of descriptions.
+    descriptions, targets, configurations, speakers
+        How many; speakers as far as they are told.
+    words_mean
+        Mean number of words of a text.
+    targets_with_relation
+        Targets of which the gold says something.
+    targets_read
+        Targets of which the parser read something.
+    descriptions_read
+        Descriptions of which the parser read all targets.
+    good_frames, bad_frames
+        Targets with frame relations whose predicted fronts are right, or not; see
+        :class:`sloop_ppl.eval.facts.TargetFacts`.
+    relations
+        Relation -> how often the gold says it.
+    relations_per_target
+        Number of relations -> number of targets.
+    descriptions_per_configuration, targets_per_configuration
+        Number of descriptions, and of different targets -> number of configurations.
+    maps
+        Map -> number of descriptions.
     """
 
     descriptions: int
@@ -67,12 +76,15 @@ def describe_files(files: Sequence[str | Path], *, maps: str | Path | None = Non
 
     Parameters
     ----------
-    files : description files.
-    maps : folder of map files; None for the bundled maps.
+    files
+        Description files.
+    maps
+        Folder of map files; None for the bundled maps.
 
     Raises
     ------
-    InputError : when a file or one of its lines cannot be used.
+    InputError
+        When a file or one of its lines cannot be used.
     """
     find = map_finder(maps)
     return describe_set(read_descriptions(files, find), find)
@@ -85,25 +97,28 @@ def describe_set(
 
     Parameters
     ----------
-    scenes : at least one.
-    find_map : gives the map of a description by name.
+    scenes
+        At least one.
+    find_map
+        Gives the map of a description by name.
 
     Raises
     ------
-    InputError : when there is no description.
+    InputError
+        When there is no description.
     """
     if not scenes:
         raise InputError("There is no description to describe; expected at least one")
-    facts = [told for scene in scenes for told in facts_of(scene, find_map(scene.map))]
+    facts = [fact for scene in scenes for fact in facts_of(scene, find_map(scene.map))]
     read, whole = 0, 0
     for scene in scenes:
-        said = parse(
+        utterance = parse(
             scene.text, find_map(scene.map), scene.objects or None, viewpoint=scene.viewpoint
         )
-        found = {relation.figure for relation in said.relations}
+        found = {relation.figure for relation in utterance.relations}
         read += sum(target in found for target in scene.targets)
         whole += set(scene.targets) <= found if scene.targets else bool(found)
-    told = Counter(plain_word(r.relation) for scene in scenes for r in scene.relations)
+    counts = Counter(plain_word(r.relation) for scene in scenes for r in scene.relations)
     sizes = Counter((scene.map, scene.configuration) for scene in scenes)
     objects: dict[tuple[str, str], set[str]] = {}
     for scene in scenes:
@@ -119,7 +134,7 @@ def describe_set(
         descriptions_read=whole,
         good_frames=sum(one.good is True for one in facts),
         bad_frames=sum(one.good is False for one in facts),
-        relations={word: told[word] for word in sorted(told, key=lambda w: (-told[w], w))},
+        relations={word: counts[word] for word in sorted(counts, key=lambda w: (-counts[w], w))},
         relations_per_target=_histogram(len(one.relations) for one in facts),
         descriptions_per_configuration=_histogram(sizes.values()),
         targets_per_configuration=_histogram(map(len, objects.values())),

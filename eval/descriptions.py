@@ -48,8 +48,10 @@ class Place:
 
     Parameters
     ----------
-    x_m, y_m : metres east and north of the map's centre.
-    cell : its row (row 0 in the south) and column on the map's grid.
+    x_m, y_m
+        Metres east and north of the map's centre.
+    cell
+        Its row (row 0 in the south) and column on the map's grid.
     """
 
     x_m: float
@@ -63,10 +65,14 @@ class FrameAnnotation:
 
     Parameters
     ----------
-    ground : id of the ground.
-    relation : the relation it was asked for.
-    front_deg : direction of the front, degrees anticlockwise from east.
-    annotator : who said so, or None.
+    ground
+        Id of the ground.
+    relation
+        The relation it was asked for.
+    front_deg
+        Direction of the front, degrees anticlockwise from east.
+    annotator
+        Who said so, or None.
     """
 
     ground: str
@@ -81,15 +87,24 @@ class DescribedScene:
 
     Parameters
     ----------
-    id : name of the line, unique among the lines read together.
-    map : name of the map.
-    configuration : name of the placement of the objects, shared by all who described it.
-    text : what was said.
-    targets : id of each declared object -> where it is; empty when the line declares none.
-    relations : the gold relations; the entries of a group are one relation.
-    speaker : who said it, or None.
-    frames : annotated frames of reference.
-    viewpoint : where the speaker looked from; the relations are those meant from there. See
+    id
+        Name of the line, unique among the lines read together.
+    map
+        Name of the map.
+    configuration
+        Name of the placement of the objects, shared by all who described it.
+    text
+        What was said.
+    targets
+        Id of each declared object -> where it is; empty when the line declares none.
+    relations
+        The gold relations; the entries of a group are one relation.
+    speaker
+        Who said it, or None.
+    frames
+        Annotated frames of reference.
+    viewpoint
+        Where the speaker looked from; the relations are those meant from there. See
         :class:`sloop_ppl.language.Description`.
     """
 
@@ -134,9 +149,10 @@ def read_descriptions(
 
     Parameters
     ----------
-    paths : ``.jsonl`` files, one JSON object a line; blank lines are passed over.
-    find_map : gives the map of a line by the name in its field ``map``; bundled names and paths
-        when None.
+    paths
+        ``.jsonl`` files, one JSON object a line; blank lines are passed over.
+    find_map
+        Gives the map of a line by the name in its field ``map``; bundled names and paths when None.
 
     Returns
     -------
@@ -145,8 +161,9 @@ def read_descriptions(
 
     Raises
     ------
-    InputError : when a file cannot be read, or for any line that does not follow the format: the
-        message lists the fault of every such line with file, line number and field.
+    InputError
+        When a file cannot be read, or for any line that does not follow the format: the message
+        lists the fault of every such line with file, line number and field.
 
     Notes
     -----
@@ -173,7 +190,8 @@ def read_sound_descriptions(
 
     Parameters
     ----------
-    paths, find_map : as in `read_descriptions`.
+    paths, find_map
+        As in `read_descriptions`.
 
     Returns
     -------
@@ -183,7 +201,8 @@ def read_sound_descriptions(
 
     Raises
     ------
-    InputError : when a file cannot be read.
+    InputError
+        When a file cannot be read.
     """
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)

@@ -24,7 +24,8 @@ def example_trials(trials: Sequence[Trial]) -> dict[str, Trial]:
 
     Parameters
     ----------
-    trials : at least one.
+    trials
+        At least one.
     """
     order = sorted(trials, key=lambda trial: (-trial.discounted_reward, trial.key))
     return dict(zip(EXAMPLES, (order[0], order[len(order) // 2], order[-1]), strict=True))
@@ -42,12 +43,15 @@ def write_examples(sweep: Sweep, folder: RunFolder) -> None:
 
     Parameters
     ----------
-    sweep : the trials, all done.
-    folder : where they are.
+    sweep
+        The trials, all done.
+    folder
+        Where they are.
 
     Raises
     ------
-    OutputError : when a file cannot be written.
+    OutputError
+        When a file cannot be written.
     """
     primary = folder.manifest["primary"]
     name, range_cells = primary["models"][0], primary["range_cells"]
@@ -56,17 +60,17 @@ def write_examples(sweep: Sweep, folder: RunFolder) -> None:
         for trial in folder.trials()
         if trial.key.model == name and trial.key.range_cells == range_cells
     ]
-    scenes = {told.scene.id: told for told in sweep.told}
+    scenes = {entry.scene.id: entry for entry in sweep.told}
     try:
         folder.examples.mkdir(exist_ok=True)
     except OSError as error:
         raise OutputError(f"'{folder.examples}' cannot be made: {error.strerror}") from error
     for example, trial in example_trials(trials).items():
         key = trial.key
-        told = scenes[key.description]
-        model = sweep.model(name, told.scene.map)
-        belief = beliefs_of(told.scene, told.said, told.city, model)[key.target]
-        episode = run_trial(key, told.scene, told.city, belief, sweep.searching)
+        entry = scenes[key.description]
+        model = sweep.model(name, entry.scene.map)
+        belief = beliefs_of(entry.scene, entry.said, entry.city, model)[key.target]
+        episode = run_trial(key, entry.scene, entry.city, belief, sweep.searching)
         kept = replace(episode, beliefs=(MappingProxyType({key.target: belief}),))
         path = folder.examples / f"{example}.json"
         write_episode(kept, path, model=name, description=key.description, start=key.start)

@@ -24,10 +24,14 @@ class SaidRelation:
 
     Parameters
     ----------
-    relation, relation_class : its word and the class of that.
-    grounds : ids of its grounds.
-    negated : whether it was denied.
-    good : for front, behind, left and right: whether the target lies on the predicted side of the
+    relation, relation_class
+        Its word and the class of that.
+    grounds
+        Ids of its grounds.
+    negated
+        Whether it was denied.
+    good
+        For front, behind, left and right: whether the target lies on the predicted side of the
         ground; None for the other relations, and for what was denied.
     """
 
@@ -44,9 +48,12 @@ class TargetFacts:
 
     Parameters
     ----------
-    description, target : its ids.
-    map, configuration : where, and of which placement of the objects.
-    relations : the gold relations of this target.
+    description, target
+        Its ids.
+    map, configuration
+        Where, and of which placement of the objects.
+    relations
+        The gold relations of this target.
     """
 
     description: str
@@ -58,8 +65,8 @@ class TargetFacts:
     @property
     def good(self) -> bool | None:
         """Whether all its frame relations are good; None when it has none."""
-        told = [r.good for r in self.relations if r.good is not None]
-        return all(told) if told else None
+        decided = [r.good for r in self.relations if r.good is not None]
+        return all(decided) if decided else None
 
     def to_json(self) -> dict[str, Any]:
         """Return the facts as a JSON object."""
@@ -71,7 +78,8 @@ class TargetFacts:
 
         Raises
         ------
-        InputError : when a member is missing.
+        InputError
+            When a member is missing.
         """
         try:
             relations = tuple(
@@ -112,10 +120,10 @@ def facts_of(scene: DescribedScene, city: CityMap) -> list[TargetFacts]:
 
 
 def _relations(
-    said: Sequence[SpatialRelation], place: Place, city: CityMap
+    phrases: Sequence[SpatialRelation], place: Place, city: CityMap
 ) -> tuple[SaidRelation, ...]:
     found = []
-    for relation in said:
+    for relation in phrases:
         terms = ground_relations((relation,), city)
         framed = [t for t in terms if t.needs_frame and not t.is_map and not relation.negated]
         goods = [_good(term, place) for term in framed]

@@ -39,11 +39,16 @@ def fit_files(
 
     Parameters
     ----------
-    files : description files, of at least three maps (two for a single model).
-    out : JSON file of the numbers, which ``--params`` reads.
-    models : candidates, separated by commas; the likelihood families when None.
-    maps : folder of map files; None for the bundled maps.
-    progress : told a line per fit, and one per round of it.
+    files
+        Description files, of at least three maps (two for a single model).
+    out
+        JSON file of the numbers, which ``--params`` reads.
+    models
+        Candidates, separated by commas; the likelihood families when None.
+    maps
+        Folder of map files; None for the bundled maps.
+    progress
+        Called with a line per fit, and one per round of it.
 
     Returns
     -------
@@ -52,7 +57,8 @@ def fit_files(
 
     Raises
     ------
-    SloopError : when a file or a name cannot be used; before the work.
+    SloopError
+        When a file or a name cannot be used; before the work.
 
     Notes
     -----
@@ -110,11 +116,13 @@ def candidates_named(names: str | None) -> dict[str, Preset]:
 
     Parameters
     ----------
-    names : separated by commas; the likelihood families when None.
+    names
+        Separated by commas; the likelihood families when None.
 
     Raises
     ------
-    SloopError : for a name that there is none of, given twice, or empty.
+    SloopError
+        For a name that there is none of, given twice, or empty.
     """
     asked = list(FAMILIES) if names is None else [name.strip() for name in names.split(",")]
     if len(set(asked)) < len(asked):
@@ -137,8 +145,8 @@ def fit_tables(selection: Selection, fitted: Fitted) -> list[Table]:
         for name, value in numbers.items():
             ends = fitted.intervals.get(section, {}).get(name, (math.nan, math.nan))
             away = moved[f"weights:{name}" if section == "weights" else name]
-            told = Estimate(value, *ends, digits=2)
-            rows.append((section, name, told, Estimate(away, digits=2)))
+            estimate = Estimate(value, *ends, digits=2)
+            rows.append((section, name, estimate, Estimate(away, digits=2)))
     tables.append(
         Table(
             name="parameters",

@@ -35,17 +35,24 @@ def cross_validated(
 
     Parameters
     ----------
-    scenes : of at least two maps.
-    models : name -> where its fit starts.
-    find_map : gives the map of a scene by name.
-    kept : file of fits. Those of the same scenes, maps, models, code and packages are taken from
-        it; others are made and written to it. It is a pickle: read only files of your own.
-    progress : told how it goes, a line at a time.
+    scenes
+        Scenes of at least two maps.
+    models
+        Name -> where its fit starts.
+    find_map
+        Gives the map of a scene by name.
+    kept
+        File of fits. Those of the same scenes, maps, models, code and packages are taken from it;
+        others are made and written to it. It is a pickle: read only files of your own.
+    progress
+        Called with a line at a time on how it goes.
 
     Raises
     ------
-    InputError : when all scenes are of one map.
-    OutputError : when the file cannot be written.
+    InputError
+        When all scenes are of one map.
+    OutputError
+        When the file cannot be written.
     """
     key = _key(scenes, models, find_map)
     found = _read(kept, key)

@@ -32,9 +32,12 @@ class FrontsInWords:
 
     Parameters
     ----------
-    n : number of targets.
-    mean_log_score, ci95 : predictor -> mean, and its interval over configurations.
-    paired : ``"a-b"`` -> mean difference and its interval.
+    n
+        Number of targets.
+    mean_log_score, ci95
+        Predictor -> mean, and its interval over configurations.
+    paired
+        ``"a-b"`` -> mean difference and its interval.
     """
 
     n: int
@@ -69,26 +72,32 @@ def score_fronts_in_words(
 
     Parameters
     ----------
-    scenes : descriptions with gold relations and true places.
-    predictors : names of frame predictors, or paths of weights; the first is compared with each
-        of the others.
-    find_map : gives the map of a description by name.
-    model : the observation model whose frame prior gets each predictor, its numbers unchanged;
-        `bayes` before its fit, since the fit has seen descriptions with one of the predictors.
-    rng : draws the bootstrap over configurations.
+    scenes
+        Descriptions with gold relations and true places.
+    predictors
+        Names of frame predictors, or paths of weights; the first is compared with each of the
+        others.
+    find_map
+        Gives the map of a description by name.
+    model
+        The observation model whose frame prior gets each predictor, its numbers unchanged; `bayes`
+        before its fit, since the fit has seen descriptions with one of the predictors.
+    rng
+        Draws the bootstrap over configurations.
 
     Raises
     ------
-    InputError : when no description says any such relation of a target whose place is known, or
-        the model's frame prior takes no predictor.
+    InputError
+        When no description says any such relation of a target whose place is known, or the model's
+        frame prior takes no predictor.
     """
     chosen = preset(model)
     prior = chosen.frame_prior
     if not isinstance(prior, PredictedSpread):
         raise InputError(f"Model '{chosen.name}' has a frame prior that takes no predictor")
-    told = [scene for scene in scenes if scene.targets]
+    labelled = [scene for scene in scenes if scene.targets]
     examples: list[tuple[str, Example]] = []
-    for scene, example in zip(told, examples_of(told, find_map), strict=True):
+    for scene, example in zip(labelled, examples_of(labelled, find_map), strict=True):
         for one in framed_examples([example]):
             examples += [(scene.configuration, part) for part in _by_target(one)]
     if not examples:
@@ -119,8 +128,10 @@ def second_stage(
 
     Parameters
     ----------
-    descriptions : description files with known places.
-    tuned : where the parameters shall go, ``.json``.
+    descriptions
+        Description files with known places.
+    tuned
+        Where the parameters shall go, ``.json``.
 
     Returns
     -------
@@ -130,7 +141,8 @@ def second_stage(
 
     Raises
     ------
-    InputError : when only one of the two is given, or a file cannot be used.
+    InputError
+        When only one of the two is given, or a file cannot be used.
     """
     if not descriptions and tuned is None:
         return None

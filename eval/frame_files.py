@@ -34,8 +34,8 @@ class FrameReport:
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval frames --json`` prints."""
-        told = self.buildings.to_json()
-        return told if self.words is None else {**told, "descriptions": self.words.to_json()}
+        payload = self.buildings.to_json()
+        return payload if self.words is None else {**payload, "descriptions": self.words.to_json()}
 
     def figure(self) -> Figure:
         """Draw the deviations like the paper's figure; see `plot_deviations`."""
@@ -62,17 +62,25 @@ def score_frames(
 
     Parameters
     ----------
-    maps : folder of map files; the bundled maps when None, which tell no addresses.
-    recipes : names in :data:`sloop_ppl.inference.frame_training.RECIPES`, separated by commas.
-    descriptions : description files on which the shipped ego-ctx meets the nearest street.
-    epochs, patience : instead of the recipes'.
-    seed : of all that is drawn.
-    progress : told how it goes, a line at a time.
+    maps
+        Folder of map files; the bundled maps when None, which tell no addresses.
+    recipes
+        Names in :data:`sloop_ppl.inference.frame_training.RECIPES`, separated by commas.
+    descriptions
+        Description files on which the shipped ego-ctx meets the nearest street.
+    epochs, patience
+        Epochs and patience instead of the recipes'.
+    seed
+        Seed of all that is drawn.
+    progress
+        Called with a line at a time on how it goes.
 
     Raises
     ------
-    UnknownName : for another recipe.
-    InputError : for an empty or repeated recipe, or files that cannot be used.
+    UnknownName
+        For another recipe.
+    InputError
+        For an empty or repeated recipe, or files that cannot be used.
     """
     names = [name.strip() for name in recipes.split(",")]
     if "" in names or len(set(names)) < len(names):
@@ -97,18 +105,18 @@ def score_frames(
 
 def frame_lines(report: FrameReport) -> list[RenderableType]:
     """Return tables of the predictors, for printing."""
-    told = report.to_json()
-    overall = {name: {**row, "within45": told["within45"][name]}
-               for name, row in told["predictors"].items()}  # fmt: skip
+    payload = report.to_json()
+    overall = {name: {**row, "within45": payload["within45"][name]}
+               for name, row in payload["predictors"].items()}  # fmt: skip
     lines: list[RenderableType] = [
-        f"Mean over the folds {', '.join(told['folds'])}, each city held out:",
+        f"Mean over the folds {', '.join(payload['folds'])}, each city held out:",
         _table(overall),
         "Disputed: the nearest street is more than 15 degrees off the address:",
-        _table(told["disputed"]),
+        _table(payload["disputed"]),
     ]
-    if told["entrances"]:
-        lines += ["Main entrances, never trained on:", _table(told["entrances"])]
-    agreed = told["address_against_entrance"]
+    if payload["entrances"]:
+        lines += ["Main entrances, never trained on:", _table(payload["entrances"])]
+    agreed = payload["address_against_entrance"]
     if agreed["n"]:
         lines.append(
             f"In place of people: address and main entrance of {agreed['n']} buildings are "

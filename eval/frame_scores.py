@@ -26,11 +26,14 @@ class FrontScore:
 
     Parameters
     ----------
-    deviation_deg : between the likeliest direction and the label, 0 to 180; the mean over equally
-        likely ones, 90 when none is.
-    log_score : natural log of the probability of the label's arc of 15 degrees.
-    in50, in90 : probability that the label lies in the smallest set of directions that holds so
-        much; an arc that the set ends in counts by the share of it that is taken.
+    deviation_deg
+        Between the likeliest direction and the label, 0 to 180; the mean over equally likely ones,
+        90 when none is.
+    log_score
+        Natural log of the probability of the label's arc of 15 degrees.
+    in50, in90
+        Probability that the label lies in the smallest set of directions that holds so much; an arc
+        that the set ends in counts by the share of it that is taken.
     """
 
     deviation_deg: float
@@ -104,8 +107,10 @@ def fit_points(
 
     Parameters
     ----------
-    predicted : points, or uniform where nothing is known.
-    fronts_rad : the directions the buildings face, radians.
+    predicted
+        Points, or uniform where nothing is known.
+    fronts_rad
+        The directions the buildings face, radians.
 
     Returns
     -------

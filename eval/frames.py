@@ -55,11 +55,16 @@ class ScoredFront:
 
     Parameters
     ----------
-    fold, map, building : where.
-    label : ``"address"`` or ``"entrance"``: what tells the front.
-    predictor : whose prediction.
-    disputed : True when the rule of the nearest street is more than 15 degrees off the label.
-    score : how good it is.
+    fold, map, building
+        Which building, on which map, in which fold.
+    label
+        ``"address"`` or ``"entrance"``: what tells the front.
+    predictor
+        Whose prediction.
+    disputed
+        True when the rule of the nearest street is more than 15 degrees off the label.
+    score
+        How good it is.
     """
 
     fold: str
@@ -77,9 +82,12 @@ class FrameEvaluation:
 
     Parameters
     ----------
-    folds : names of the folds that count.
-    scores : one per predictor, label and building.
-    agreement : deviation in degrees of address from main entrance where a building has both.
+    folds
+        Names of the folds that count.
+    scores
+        One per predictor, label and building.
+    agreement
+        Deviation in degrees of address from main entrance where a building has both.
     """
 
     folds: tuple[str, ...]
@@ -171,11 +179,16 @@ def cross_validate_frames(
 
     Parameters
     ----------
-    maps : name -> map; `FOLDS` says which are held out together.
-    recipes : names in :data:`sloop_ppl.inference.frame_training.RECIPES`.
-    epochs, patience : instead of the recipes'.
-    rng : draws all that is drawn.
-    progress : told how it goes, a line at a time.
+    maps
+        Name -> map; `FOLDS` says which are held out together.
+    recipes
+        Names in :data:`sloop_ppl.inference.frame_training.RECIPES`.
+    epochs, patience
+        Epochs and patience instead of the recipes'.
+    rng
+        Draws all that is drawn.
+    progress
+        Called with a line at a time on how it goes.
 
     Returns
     -------
@@ -186,7 +199,8 @@ def cross_validate_frames(
 
     Raises
     ------
-    InputError : when fewer than two folds have labels enough.
+    InputError
+        When fewer than two folds have labels enough.
     """
     labels = {name: address_labels(city) for name, city in maps.items()}
     doors = {name: entrance_labels(city) for name, city in maps.items()}

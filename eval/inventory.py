@@ -17,11 +17,13 @@ def map_finder(folder: str | Path | None = None) -> Callable[[str], CityMap]:
 
     Parameters
     ----------
-    folder : where ``NAME.geojson`` files lie; None for the bundled maps, and for paths.
+    folder
+        Where ``NAME.geojson`` files lie; None for the bundled maps, and for paths.
 
     Raises
     ------
-    InputError : when `folder` is no folder, or holds no map file.
+    InputError
+        When `folder` is no folder, or holds no map file.
     """
     if folder is None:
         return cache(load_map)

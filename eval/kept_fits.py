@@ -68,10 +68,10 @@ class KeptFits:
 
     def get(self, model: str, maps: Iterable[str]) -> Fitted | None:
         """Return the fit of a model to some maps, if it is there."""
-        told = _read(self._file(model, maps)) if self._usable else None
-        if told is None or (told["model"], told["maps"]) != (model, sorted(maps)):
+        record = _read(self._file(model, maps)) if self._usable else None
+        if record is None or (record["model"], record["maps"]) != (model, sorted(maps)):
             return None
-        return Fitted.from_json(told["fitted"])
+        return Fitted.from_json(record["fitted"])
 
     def keep(self, model: str, maps: Iterable[str], fitted: Fitted) -> None:
         """Write a fit, whole or not at all.
@@ -87,8 +87,8 @@ class KeptFits:
                 old.unlink(missing_ok=True)
             _write(self._manifest, self._made_of)
             self._usable = True
-        told = {"model": model, "maps": sorted(maps), "fitted": fitted.to_json()}
-        _write(self._file(model, maps), told)
+        record = {"model": model, "maps": sorted(maps), "fitted": fitted.to_json()}
+        _write(self._file(model, maps), record)
 
     def remove(self) -> None:
         """Remove the folder, once what the fits were made for has been written."""
@@ -112,15 +112,15 @@ class KeptFits:
 
 def _read(path: Path) -> dict[str, Any] | None:
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return told if isinstance(told, dict) else None
+    return record if isinstance(record, dict) else None
 
 
-def _write(path: Path, told: Mapping[str, Any]) -> None:
+def _write(path: Path, record: Mapping[str, Any]) -> None:
     try:
         with written_whole(path) as whole:
-            whole.write_text(json.dumps(told, indent=1, allow_nan=False) + "\n", "utf-8")
+            whole.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", "utf-8")
     except OSError as error:
         raise OutputError(f"'{path}' cannot be written: {error.strerror}") from error

@@ -29,7 +29,8 @@ def file_digest(path: str | Path) -> str:
 
     Raises
     ------
-    InputError : when it cannot be read.
+    InputError
+        When it cannot be read.
     """
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest()
@@ -39,12 +40,12 @@ def file_digest(path: str | Path) -> str:
 
 def model_digest(name: str, model: Preset, params: str | Path | None = None) -> str:
     """Return a digest of a model: of its numbers, its file and its file of parameters."""
-    told = re.sub(r" at 0x[0-9a-f]+", "", repr(model))
+    text = re.sub(r" at 0x[0-9a-f]+", "", repr(model))
     file = Path(name.partition(".py:")[0] + ".py")
     for path in (file if ".py:" in name else None, params):
         if path is not None:
-            told += file_digest(path)
-    return hashlib.sha256(told.encode()).hexdigest()
+            text += file_digest(path)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def packages() -> dict[str, str]:
@@ -100,8 +101,8 @@ def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     return lines if more <= 0 else [*lines[:_MOST], f"and {more} more"]
 
 
-def _flat(told: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in told.items():
+def _flat(record: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in record.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{prefix}{name}.")
         else:

@@ -34,17 +34,25 @@ def score_files(
 
     Parameters
     ----------
-    files : description files.
-    maps : folder of map files; None for the bundled maps.
-    parser : name of a parser, ``"module:name"`` of one of yours, or a parser.
-    nlp : spaCy pipeline for the parser ``dependency_paths``, which it selects.
-    merged : whether all maps' landmarks are put into one inventory.
-    misspelt : share of the words of five letters or more that are misspelt, in [0, 1].
-    seed : of the misspelling.
+    files
+        Description files.
+    maps
+        Folder of map files; None for the bundled maps.
+    parser
+        Name of a parser, ``"module:name"`` of one of yours, or a parser.
+    nlp
+        spaCy pipeline for the parser ``dependency_paths``, which it selects.
+    merged
+        Whether all maps' landmarks are put into one inventory.
+    misspelt
+        Share of the words of five letters or more that are misspelt, in [0, 1].
+    seed
+        Seed of the misspelling.
 
     Raises
     ------
-    InputError : when a file, the pipeline or a value cannot be used.
+    InputError
+        When a file, the pipeline or a value cannot be used.
     """
     if nlp is not None:
         from sloop_ppl.language import dependency_parser

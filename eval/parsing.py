@@ -28,8 +28,10 @@ class Miss:
 
     Parameters
     ----------
-    id, text : the description, as it was given to the parser.
-    missed, spurious : (figure, relation, ground) that only the gold, or only the parser, has.
+    id, text
+        The description, as it was given to the parser.
+    missed, spurious
+        (figure, relation, ground) that only the gold, or only the parser, has.
     """
 
     id: str
@@ -44,12 +46,17 @@ class ParseScore:
 
     Parameters
     ----------
-    n : number of descriptions.
-    tuple_f1, class_f1, pair_f1 : micro F1 in [0, 1] of (figure, relation, ground), of the same
-        with the relation's class, and of (figure, ground).
-    precision, recall : of the tuples, in [0, 1].
-    per_relation : relation -> ``n`` (in the gold), ``precision``, ``recall``, ``f1``.
-    misses : the descriptions that were read otherwise, in order.
+    n
+        Number of descriptions.
+    tuple_f1, class_f1, pair_f1
+        Micro F1 in [0, 1] of (figure, relation, ground), of the same with the relation's class, and
+        of (figure, ground).
+    precision, recall
+        Precision and recall of the tuples, in [0, 1].
+    per_relation
+        Relation -> ``n`` (in the gold), ``precision``, ``recall``, ``f1``.
+    misses
+        The descriptions that were read otherwise, in order.
     """
 
     n: int
@@ -87,14 +94,20 @@ def score_parser(
 
     Parameters
     ----------
-    scenes : the descriptions; those that declare targets are read for these alone.
-    find_map : gives the map of a description by name.
-    parser : name of a registered parser, or a parser.
-    merged : maps whose landmarks are put into one inventory, which every description is then
-        read on; each description's own map is among them. None reads it on its own map.
-    misspelt : share of the words of five letters or more that get one wrong letter, in [0, 1].
-    rng : draws the slips; needed when `misspelt` is not 0. Each description has a stream of its
-        own, so that it is spelt the same whichever others there are.
+    scenes
+        The descriptions; those that declare targets are read for these alone.
+    find_map
+        Gives the map of a description by name.
+    parser
+        Name of a registered parser, or a parser.
+    merged
+        Maps whose landmarks are put into one inventory, which every description is then read on;
+        each description's own map is among them. None reads it on its own map.
+    misspelt
+        Share of the words of five letters or more that get one wrong letter, in [0, 1].
+    rng
+        Draws the slips; needed when `misspelt` is not 0. Each description has a stream of its own,
+        so that it is spelt the same whichever others there are.
 
     Returns
     -------
@@ -104,8 +117,9 @@ def score_parser(
 
     Raises
     ------
-    InputError : when there is no description, when `misspelt` is outside [0, 1], or when it is
-        not 0 and no `rng` is given.
+    InputError
+        When there is no description, when `misspelt` is outside [0, 1], or when it is not 0 and no
+        `rng` is given.
     """
     if not scenes:
         raise InputError("There is no description to score; expected at least one")

@@ -23,12 +23,15 @@ def append_trial(folder: str | Path, trial: Trial) -> None:
 
     Parameters
     ----------
-    folder : where the parts lie; it exists.
-    trial : what came of it.
+    folder
+        Where the parts lie; it exists.
+    trial
+        What came of it.
 
     Raises
     ------
-    OutputError : when it cannot be written, as on a full disk; the part is as it was before.
+    OutputError
+        When it cannot be written, as on a full disk; the part is as it was before.
 
     Notes
     -----
@@ -68,11 +71,13 @@ def read_trials(folder: str | Path) -> list[Trial]:
 
     Parameters
     ----------
-    folder : where the parts lie; nothing there is no trial.
+    folder
+        Where the parts lie; nothing there is no trial.
 
     Raises
     ------
-    InputError : when a whole line is no trial.
+    InputError
+        When a whole line is no trial.
 
     Notes
     -----
@@ -96,10 +101,10 @@ def read_trials(folder: str | Path) -> list[Trial]:
 
 def _whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
     try:
-        told = path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from error
-    for number, line in enumerate(told.split(b"\n")[:-1], start=1):
+    for number, line in enumerate(content.split(b"\n")[:-1], start=1):
         if line.strip():
             yield number, line
 
@@ -109,7 +114,8 @@ def write_parquet(trials: list[Trial], path: str | Path) -> None:
 
     Raises
     ------
-    OutputError : when the file cannot be written.
+    OutputError
+        When the file cannot be written.
     """
     import pyarrow
     import pyarrow.parquet

@@ -40,13 +40,18 @@ class ModelQuality:
 
     Parameters
     ----------
-    n : number of targets.
-    mean_log_score : mean natural log of the belief at the true cell.
-    ci95 : interval of that mean, from a bootstrap over configurations.
-    median_rank, expected_distance_m, mass_15m, hpd90_coverage : see
-        :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
-    mean_log_score_mixed, ci95_mixed : the same with 1 % of the uniform belief mixed in.
-    scores : one per target, in the order of the descriptions.
+    n
+        Number of targets.
+    mean_log_score
+        Mean natural log of the belief at the true cell.
+    ci95
+        Interval of that mean, from a bootstrap over configurations.
+    median_rank, expected_distance_m, mass_15m, hpd90_coverage
+        See :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
+    mean_log_score_mixed, ci95_mixed
+        The same with 1 % of the uniform belief mixed in.
+    scores
+        One per target, in the order of the descriptions.
     """
 
     n: int
@@ -75,12 +80,17 @@ class BeliefQuality:
 
     Parameters
     ----------
-    relations : ``"gold"`` when the models were given the gold relations, ``"parsed"`` when they
-        had to make do with what the parser read.
-    models : model name -> its quality.
-    paired : ``"a-b"`` -> the difference a less b, for each two models in the order they came.
-    paired_mixed : the same with 1 % of the uniform belief mixed into every model.
-    cv : ``"city"`` when models were refitted without the line's city, else None.
+    relations
+        ``"gold"`` when the models were given the gold relations, ``"parsed"`` when they had to make
+        do with what the parser read.
+    models
+        Model name -> its quality.
+    paired
+        ``"a-b"`` -> the difference a less b, for each two models in the order they came.
+    paired_mixed
+        The same with 1 % of the uniform belief mixed into every model.
+    cv
+        ``"city"`` when models were refitted without the line's city, else None.
     """
 
     relations: Relations
@@ -134,12 +144,18 @@ def score_beliefs(
 
     Parameters
     ----------
-    scenes : the descriptions; a line that tells no place of a target is passed over.
-    models : name -> model, or the model for each map by the map's name.
-    find_map : gives the map of a description by name.
-    relations : ``"gold"``, or ``"parsed"`` for what the rules read in the text.
-    rng : draws the bootstrap.
-    progress : told a line per model, and of every collapse.
+    scenes
+        The descriptions; a line that tells no place of a target is passed over.
+    models
+        Name -> model, or the model for each map by the map's name.
+    find_map
+        Gives the map of a description by name.
+    relations
+        ``"gold"``, or ``"parsed"`` for what the rules read in the text.
+    rng
+        Draws the bootstrap.
+    progress
+        Called with a line per model, and of every collapse.
 
     Returns
     -------
@@ -148,16 +164,17 @@ def score_beliefs(
 
     Raises
     ------
-    InputError : when no description tells a place, or no model is given.
+    InputError
+        When no description tells a place, or no model is given.
     """
-    told = [scene for scene in scenes if scene.targets]
-    if not told:
+    labelled = [scene for scene in scenes if scene.targets]
+    if not labelled:
         raise InputError(
             "No description says where its targets are; expected 'targets' with their places"
         )
     if not models:
         raise InputError("There is no model to score; expected at least one")
-    read = [(scene, *read_scene(scene, find_map(scene.map), relations)) for scene in told]
+    read = [(scene, *read_scene(scene, find_map(scene.map), relations)) for scene in labelled]
     qualities = {}
     for name, model in models.items():
         scores = [
@@ -169,10 +186,10 @@ def score_beliefs(
                 tuple(plain_word(relation.relation) for relation in scene.about(target)),
                 score_belief(belief, city.grid, place),
             )
-            for scene, city, said in read
+            for scene, city, utterance in read
             for (target, place), belief in zip(
                 scene.targets.items(),
-                beliefs_of(scene, said, city, _for_map(model, scene.map), progress).values(),
+                beliefs_of(scene, utterance, city, _for_map(model, scene.map), progress).values(),
                 strict=True,
             )
         ]

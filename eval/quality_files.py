@@ -44,20 +44,29 @@ def score_quality(
 
     Parameters
     ----------
-    files : description files.
-    maps : folder of map files; None for the bundled maps.
-    gold : True for the gold relations, False for what the parser reads.
-    models : names, separated by commas; all registered ones when None.
-    params : file of parameters; see `models_named`.
-    cv : ``"city"`` to score each line with parameters refitted, on the gold relations, to the
-        lines of the other maps; the paper's methods keep theirs. None for no refitting.
-    fits : file in which the refitted models are kept for the next command; see
+    files
+        Description files.
+    maps
+        Folder of map files; None for the bundled maps.
+    gold
+        True for the gold relations, False for what the parser reads.
+    models
+        Names, separated by commas; all registered ones when None.
+    params
+        File of parameters; see `models_named`.
+    cv
+        ``"city"`` to score each line with parameters refitted, on the gold relations, to the lines
+        of the other maps; the paper's methods keep theirs. None for no refitting.
+    fits
+        File in which the refitted models are kept for the next command; see
         :func:`sloop_ppl.eval.fits.cross_validated`.
-    progress : told how it goes, a line at a time.
+    progress
+        Called with a line at a time on how it goes.
 
     Raises
     ------
-    SloopError : when a file, a name or a parameter cannot be used; before the work.
+    SloopError
+        When a file, a name or a parameter cannot be used; before the work.
     """
     chosen = models_named(models, params)
     if cv not in (None, "city"):
@@ -85,14 +94,18 @@ def models_named(names: str | None, params: str | Path | None = None) -> dict[st
 
     Parameters
     ----------
-    names : registered names, or ``FILE.py:NAME``.
-    params : file of parameters. They are those of the model it names in a member ``model``, else
-        of every model given that is none of the paper's methods.
+    names
+        Registered names, or ``FILE.py:NAME``.
+    params
+        File of parameters. They are those of the model it names in a member ``model``, else of
+        every model given that is none of the paper's methods.
 
     Raises
     ------
-    InputError : for an empty or repeated name, or parameters that are of none of the models.
-    UnknownName : for a name or a parameter that there is none of.
+    InputError
+        For an empty or repeated name, or parameters that are of none of the models.
+    UnknownName
+        For a name or a parameter that there is none of.
     """
     asked = list(PRESETS) if names is None else [name.strip() for name in names.split(",")]
     if "" in asked or len(set(asked)) < len(asked):
@@ -119,8 +132,10 @@ def draw_quality(quality: BeliefQuality, path: str | Path) -> None:
 
     Raises
     ------
-    InputError : when the ending of the path is of no known format.
-    OutputError : when the file cannot be written.
+    InputError
+        When the ending of the path is of no known format.
+    OutputError
+        When the file cannot be written.
     """
     from sloop_ppl.plots import save_figure
 
@@ -132,8 +147,8 @@ def _model_meant(params: str | Path) -> str | None:
     if Path(params).suffix != ".json":
         return None
     try:
-        told = json.loads(Path(params).read_text(encoding="utf-8"))
+        payload = json.loads(Path(params).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None  # what is wrong is said by whoever reads the parameters
-    meant = told.get("model") if isinstance(told, dict) and "parameters" in told else None
+    meant = payload.get("model") if isinstance(payload, dict) and "parameters" in payload else None
     return meant if isinstance(meant, str) else None

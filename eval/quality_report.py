@@ -27,7 +27,8 @@ def quality_tables(told: Told) -> list[Table]:
 
     Parameters
     ----------
-    told : what ``sloop eval quality --json`` prints.
+    told
+        What ``sloop eval quality --json`` prints.
     """
     models: Mapping[str, Told] = told["models"]
     fitted = ", fitted without the line's city" if told.get("cv") else ""
@@ -77,11 +78,11 @@ def quality_figure(told: Told) -> Figure:
     left.set_xlabel("mean log score (nats)")
     counts = sorted({count for one in models.values() for count in one["by_relations"]} - {"0"})
     for name, one in models.items():
-        told_90 = [
+        coverage_90 = [
             100 * one["by_relations"][count]["calibration"]["90"]["coverage"] for count in counts
         ]
         style = model_style(name, names)
-        right.plot(range(len(counts)), told_90, "o", ms=4, label=name, lw=1.4, **style)
+        right.plot(range(len(counts)), coverage_90, "o", ms=4, label=name, lw=1.4, **style)
     right.axhline(90, color="#22252b", lw=0.8, zorder=0)
     right.set_xticks(range(len(counts)), [c.replace("3+", "3 or more") for c in counts])
     right.set_xlim(-0.3, len(counts) - 0.7)
@@ -123,7 +124,7 @@ def _scores(models: Mapping[str, Told], how: str) -> Table:
     )  # fmt: skip
 
 
-def _differences(told: Told) -> Table:
+def _differences(payload: Told) -> Table:
     return Table(
         "quality-differences",
         "Paired differences of the log score",
@@ -135,7 +136,7 @@ def _differences(told: Told) -> Table:
                 _interval(mixed["mean"], mixed["ci95"]),
             )
             for (pair, one), mixed in zip(
-                told["paired"].items(), told["paired_1pct"].values(), strict=True
+                payload["paired"].items(), payload["paired_1pct"].values(), strict=True
             )
         ),
         (_BOOTSTRAP,),

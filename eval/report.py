@@ -49,15 +49,15 @@ class Report:
 
     def markdown(self, pictures: str) -> str:
         """Return it as Markdown, the pictures in a folder beside it."""
-        told = [f"# {self.title}"]
+        blocks = [f"# {self.title}"]
         for part in self.parts:
             if isinstance(part, Table):
-                told.append(f"**{part.title}**\n\n{part.markdown()}")
+                blocks.append(f"**{part.title}**\n\n{part.markdown()}")
             elif isinstance(part, Picture):
-                told.append(f"![{part.name}]({pictures}/{part.name}.png)\n\n*{part.caption}*")
+                blocks.append(f"![{part.name}]({pictures}/{part.name}.png)\n\n*{part.caption}*")
             else:
-                told.append(part)
-        return "\n\n".join(told) + "\n"
+                blocks.append(part)
+        return "\n\n".join(blocks) + "\n"
 
 
 def make_report(
@@ -70,13 +70,17 @@ def make_report(
 
     Parameters
     ----------
-    sweeps : at least one; the first is the one that is told in full.
-    quality : what ``sloop eval quality --json`` printed, in a file, to be told as well.
-    maps : folder of map files, for the pictures; None for the bundled maps.
+    sweeps
+        At least one; the first is the one that is told in full.
+    quality
+        What ``sloop eval quality --json`` printed, in a file, to be told as well.
+    maps
+        Folder of map files, for the pictures; None for the bundled maps.
 
     Raises
     ------
-    InputError : when the sweeps are of different descriptions, or a file cannot be read.
+    InputError
+        When the sweeps are of different descriptions, or a file cannot be read.
     """
     main = sweeps[0]
     parts: list[str | Table | Picture] = ["## What was run", _what_was_run(sweeps)]
@@ -123,8 +127,10 @@ def write_report(report: Report, folder: str | Path) -> Path:
 
     Parameters
     ----------
-    report : what to write.
-    folder : where; made if need be.
+    report
+        What to write.
+    folder
+        Where to write it; made if need be.
 
     Returns
     -------
@@ -133,7 +139,8 @@ def write_report(report: Report, folder: str | Path) -> Path:
 
     Raises
     ------
-    OutputError : when something cannot be written.
+    OutputError
+        When something cannot be written.
     """
     home = check_output_folder(folder)
     tables = check_output_folder(home / "tables")
@@ -153,7 +160,8 @@ def write_docs(report: Report, path: str | Path) -> None:
 
     Raises
     ------
-    OutputError : when something cannot be written, or the path does not end in ``.md``.
+    OutputError
+        When something cannot be written, or the path does not end in ``.md``.
     """
     file = check_output(path, (".md",))
     pictures = f"images/{file.stem}"
@@ -201,10 +209,10 @@ def _examples(main: Results, maps: str | Path | None) -> list[str | Table | Pict
         path = main.folder.examples / f"{example}.json"
         if not path.is_file():
             continue
-        told = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
         episode = read_episode(path)
         name = next(iter(episode.places))
-        facts = main.facts[told["description"], name]
+        facts = main.facts[record["description"], name]
         city = find(facts.map)
         pictures.append(
             Picture(
@@ -230,17 +238,17 @@ def _search_figure(episode: Any, city: Any) -> Figure:
 
 def _told_quality(path: str | Path) -> Mapping[str, Any]:
     try:
-        told = json.loads(Path(path).read_text(encoding="utf-8"))
+        payload = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise InputError(f"'{path}' is not JSON: {error}") from error
-    if not isinstance(told, dict) or "models" not in told or "paired" not in told:
+    if not isinstance(payload, dict) or "models" not in payload or "paired" not in payload:
         raise InputError(
             f"'{path}' is not what `sloop eval quality --json` prints; expected 'models' and "
             "'paired' in it"
         )
-    return told
+    return payload
 
 
 def _draw(report: Report, folder: Path) -> None:

@@ -64,12 +64,12 @@ def reward_figure(results: Results) -> Figure:
         len(results.ranges), width=3.1, height=0.9 + 0.32 * len(results.models)
     )
     for axes, range_cells in zip(all_axes, results.ranges, strict=True):
-        told = [
+        samples = [
             [t.discounted_reward for t in results.of(model, range_cells)]
             for model in results.models
         ]
         boxes = axes.boxplot(
-            told, orientation="horizontal", widths=0.62, patch_artist=True, showmeans=True,
+            samples, orientation="horizontal", widths=0.62, patch_artist=True, showmeans=True,
             meanprops={
                 "marker": "D", "markersize": 3.5, "markerfacecolor": "white",
                 "markeredgecolor": INK,

@@ -29,8 +29,10 @@ class Results:
 
     Parameters
     ----------
-    folder : where it lies.
-    trials : all its trials, sorted by key.
+    folder
+        Where it lies.
+    trials
+        All its trials, sorted by key.
     """
 
     folder: RunFolder
@@ -96,8 +98,10 @@ class Results:
 
         Parameters
         ----------
-        model, range_cells : whose trials.
-        targets : those wanted; all when None.
+        model, range_cells
+            Whose trials.
+        targets
+            Those wanted; all when None.
         """
         sums: dict[TargetKey, list[float]] = {}
         for trial in self.of(model, range_cells):
@@ -139,7 +143,8 @@ def read_results(path: str | Path) -> Results:
 
     Raises
     ------
-    InputError : when the folder holds no sweep, or one that has not ended.
+    InputError
+        When the folder holds no sweep, or one that has not ended.
     """
     folder = read_run(path)
     trials = folder.trials()

@@ -114,9 +114,11 @@ def comparison_table(results: Results) -> Table:
     ]
 
     def p_of(other: str, r: float) -> float:
-        told = results.difference(first, other, r)
+        differences = results.difference(first, other, r)
         return sign_flip_p(
-            list(told.values()), results.clusters(told), rng=child(rng, other, f"{r:g}")
+            list(differences.values()),
+            results.clusters(differences),
+            rng=child(rng, other, f"{r:g}"),
         )
 
     def row(name: str, other: str, r: float) -> tuple[Cell, ...]:
@@ -154,7 +156,8 @@ def sweeps_table(sweeps: Sequence[Results]) -> Table:
 
     Raises
     ------
-    InputError : when they are of different descriptions or maps.
+    InputError
+        When they are of different descriptions or maps.
     """
     main = sweeps[0]
     first, second, range_cells = main.primary

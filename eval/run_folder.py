@@ -30,9 +30,12 @@ class RunFolder:
 
     Parameters
     ----------
-    path : the folder.
-    manifest : what the sweep was made of.
-    targets : the described targets, with what was said of each.
+    path
+        The folder.
+    manifest
+        What the sweep was made of.
+    targets
+        The described targets, with what was said of each.
     """
 
     path: Path
@@ -64,7 +67,8 @@ def read_run(path: str | Path) -> RunFolder:
 
     Raises
     ------
-    InputError : when it holds none, or one of another version of the format.
+    InputError
+        When it holds none, or one of another version of the format.
     """
     folder = Path(path)
     manifest = _read(folder / _MANIFEST)
@@ -78,7 +82,7 @@ def read_run(path: str | Path) -> RunFolder:
             f"The sweep in '{folder}' has version {manifest.get('format_version')}; this program "
             f"reads version {_VERSION}: run it again"
         )
-    targets = tuple(TargetFacts.from_json(told) for told in _read(folder / _TARGETS))
+    targets = tuple(TargetFacts.from_json(record) for record in _read(folder / _TARGETS))
     return RunFolder(folder, manifest, targets)
 
 
@@ -90,15 +94,20 @@ def writing(
 
     Parameters
     ----------
-    path : the folder; made if need be.
-    manifest : what the sweep is made of; `FORMAT` and its version are added.
-    targets : the described targets.
+    path
+        The folder; made if need be.
+    manifest
+        What the sweep is made of; `FORMAT` and its version are added.
+    targets
+        The described targets.
 
     Raises
     ------
-    OutputError : when the folder cannot be written to, holds something else, or is being written
-        by another process.
-    InputError : when it holds another sweep; the message says what differs.
+    OutputError
+        When the folder cannot be written to, holds something else, or is being written by another
+        process.
+    InputError
+        When it holds another sweep; the message says what differs.
     """
     folder = check_output_folder(path)
     whole = {"format": FORMAT, "format_version": _VERSION, **manifest}

@@ -29,13 +29,18 @@ class Selection:
 
     Parameters
     ----------
-    inner : map left out -> candidate -> its mean log score on the other maps, each scored by a
-        fit to the rest of them.
-    chosen : map left out -> the candidate that did best on the others; it scores this map.
-    winner : the candidate that does best with each map left out, fitted to all.
-    fitted : the winner's numbers.
-    quality : scores with each map left out: of `NESTED`, of every candidate, and of the
-        references, in this order.
+    inner
+        Map left out -> candidate -> its mean log score on the other maps, each scored by a fit to
+        the rest of them.
+    chosen
+        Map left out -> the candidate that did best on the others; it scores this map.
+    winner
+        The candidate that does best with each map left out, fitted to all.
+    fitted
+        The winner's numbers.
+    quality
+        Scores with each map left out: of `NESTED`, of every candidate, and of the references, in
+        this order.
     """
 
     inner: Mapping[str, Mapping[str, float]]
@@ -56,7 +61,9 @@ class Selection:
                 name: {key: one[key] for key in kept} for name, one in scored["models"].items()
             },
             "paired": {
-                pair: told for pair, told in scored["paired"].items() if pair.startswith(NESTED)
+                pair: difference
+                for pair, difference in scored["paired"].items()
+                if pair.startswith(NESTED)
             },
         }
 
@@ -76,19 +83,28 @@ def select_model(
 
     Parameters
     ----------
-    scenes : descriptions with known places, of at least three maps; two when there is only one
+    scenes
+        Descriptions with known places, of at least three maps; two when there is only one
         candidate, for then nothing is chosen.
-    candidates : name -> model, at the medians of its priors.
-    find_map : gives the map of a scene by name.
-    references : name -> model that is scored beside the candidates as it is.
-    learn : what is learnt; see :func:`sloop_ppl.inference.fit`.
-    iterations : at most this many of L-BFGS per fit.
-    kept : fits that were made before, and where those made now are kept.
-    progress : told a line per fit, and one per round of it.
+    candidates
+        Name -> model, at the medians of its priors.
+    find_map
+        Gives the map of a scene by name.
+    references
+        Name -> model that is scored beside the candidates as it is.
+    learn
+        What is learnt; see :func:`sloop_ppl.inference.fit`.
+    iterations
+        At most this many of L-BFGS per fit.
+    kept
+        Fits that were made before, and where those made now are kept.
+    progress
+        Called with a line per fit, and one per round of it.
 
     Raises
     ------
-    InputError : when there are too few maps, or no candidate.
+    InputError
+        When there are too few maps, or no candidate.
 
     Notes
     -----
@@ -108,7 +124,7 @@ def select_model(
         for name in maps
     }
     fits: dict[tuple[str, frozenset[str]], Preset] = {}
-    total, say = _number_of_fits(len(candidates), len(maps)), progress or _say_nothing
+    total, notify = _number_of_fits(len(candidates), len(maps)), progress or _say_nothing
 
     def fitted_to(candidate: str, used: Sequence[str], *, intervals: bool) -> Fitted:
         found = kept.get(candidate, used) if kept is not None else None
@@ -120,11 +136,11 @@ def select_model(
                 learn=learn,
                 iterations=iterations,
                 intervals=intervals,
-                progress=lambda line: say(f"{which}: {line}"),
+                progress=lambda line: notify(f"{which}: {line}"),
             )
             if kept is not None:
                 kept.keep(candidate, used, found)
-            say(f"{which}: done, {found.provenance['mean_log_score_after']:.3f} there")
+            notify(f"{which}: done, {found.provenance['mean_log_score_after']:.3f} there")
         return found
 
     def without(candidate: str, *left_out: str) -> Preset:

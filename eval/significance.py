@@ -26,7 +26,8 @@ def t_estimate(values: Sequence[float]) -> Estimate:
 
     Parameters
     ----------
-    values : at least one; fewer than five get no interval.
+    values
+        At least one; fewer than five get no interval.
 
     Examples
     --------
@@ -51,9 +52,12 @@ def sign_flip_p(
 
     Parameters
     ----------
-    differences : paired differences, at least one.
-    clusters : the cluster of each; its differences change sign together.
-    rng : draws the signs where there are more than 14 clusters; fewer are enumerated.
+    differences
+        Paired differences, at least one.
+    clusters
+        The cluster of each; its differences change sign together.
+    rng
+        Draws the signs where there are more than 14 clusters; fewer are enumerated.
 
     Returns
     -------
@@ -62,7 +66,8 @@ def sign_flip_p(
 
     Raises
     ------
-    InputError : when there is no difference, or not one cluster per difference.
+    InputError
+        When there is no difference, or not one cluster per difference.
 
     Notes
     -----

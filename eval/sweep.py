@@ -48,11 +48,16 @@ class Sweep:
 
     Parameters
     ----------
-    told : the descriptions; each tells the place of at least one target.
-    models : name -> model, or the model for each map by the map's name.
-    ranges_cells : ranges of the sensor, cells.
-    starts : how many starts each target is searched from, > 0.
-    searching : how it is searched.
+    told
+        The descriptions; each tells the place of at least one target.
+    models
+        Name -> model, or the model for each map by the map's name.
+    ranges_cells
+        Ranges of the sensor, cells.
+    starts
+        How many starts each target is searched from, > 0.
+    searching
+        How it is searched.
     """
 
     told: Sequence[ToldScene]
@@ -75,9 +80,9 @@ class Sweep:
 
     def all_keys(self) -> Iterator[TrialKey]:
         """Yield all trials."""
-        for told in self.told:
+        for entry in self.told:
             for name in self.models:
-                yield from self.keys(told.scene, name)
+                yield from self.keys(entry.scene, name)
 
 
 @dataclass(frozen=True)
@@ -86,8 +91,10 @@ class SweepProgress:
 
     Parameters
     ----------
-    done, total : trials.
-    seconds_left : how long the rest will take at the pace so far; None when that is not known.
+    done, total
+        How many trials are done, and of how many.
+    seconds_left
+        How long the rest will take at the pace so far; None when that is not known.
     """
 
     done: int
@@ -126,18 +133,26 @@ def run_sweep(
 
     Parameters
     ----------
-    sweep : the trials.
-    folder : where they go, each as soon as it is done. On a cluster it lies on a file system that
-        all workers share.
-    backend : name of a backend.
-    workers : how many processes, > 0; a cluster at an address has its own.
-    address : of the cluster, for the backends that take one.
-    progress : told at the beginning and after each group of trials.
+    sweep
+        The trials.
+    folder
+        Where they go, each as soon as it is done. On a cluster it lies on a file system that all
+        workers share.
+    backend
+        Name of a backend.
+    workers
+        How many processes, > 0; a cluster at an address has its own.
+    address
+        Address of the cluster, for the backends that take one.
+    progress
+        Called at the beginning and after each group of trials.
 
     Raises
     ------
-    SloopError : when a trial cannot be run or written; what is done is kept.
-    WorkersLost : when workers are killed time and again without one trial being done.
+    SloopError
+        When a trial cannot be run or written; what is done is kept.
+    WorkersLost
+        When workers are killed time and again without one trial being done.
     """
     run, lost = BACKENDS[backend], 0
     total = sum(1 for _ in sweep.all_keys())
@@ -202,13 +217,13 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
     """Return what is left to do, the long jobs first."""
     models: dict[tuple[str, str], bytes] = {}
     jobs = []
-    for told in sweep.told:
+    for entry in sweep.told:
         for name in sweep.models:
-            left = tuple(key for key in sweep.keys(told.scene, name) if key not in finished)
+            left = tuple(key for key in sweep.keys(entry.scene, name) if key not in finished)
             if left:
-                at = name, told.scene.map
+                at = name, entry.scene.map
                 models[at] = models.get(at) or _pickled(sweep.model(*at))
-                jobs.append(_Job(told, told.city.digest, models[at], left))
+                jobs.append(_Job(entry, entry.city.digest, models[at], left))
     slow = {"uniform": 0}  # wherever the robot looks, it has learnt little
     return sorted(jobs, key=lambda job: slow.get(job.keys[0].model, 1))
 

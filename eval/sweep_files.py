@@ -39,22 +39,35 @@ class SweepRequest:
 
     Parameters
     ----------
-    files : description files.
-    out : folder of the run.
-    maps : folder of map files; None for the bundled maps.
-    gold : True for the gold relations, False for what the parser reads.
-    models : names, separated by commas; all registered ones when None.
-    params, cv, fits : as in :func:`sloop_ppl.eval.quality_files.score_quality`; the fits are kept
-        in the folder of the run when no file is given.
-    ranges : ranges of the sensor in cells, separated by commas.
-    starts : starts per target, > 0.
-    searching : planner, simulations and the like.
-    primary : the two models whose comparison, at the first range, is named before the run, as
-        ``"a,b"``; by default ``bayes,sloop-m4`` where both are run, else the last and the first.
-        One model alone is compared with nothing.
-    skip_bad : pass over the lines that have a fault instead of refusing them.
-    workers : processes; as many as there are processors when None.
-    backend, address : where the trials run.
+    files
+        Description files.
+    out
+        Folder of the run.
+    maps
+        Folder of map files; None for the bundled maps.
+    gold
+        True for the gold relations, False for what the parser reads.
+    models
+        Names, separated by commas; all registered ones when None.
+    params, cv, fits
+        As in :func:`sloop_ppl.eval.quality_files.score_quality`; the fits are kept in the folder of
+        the run when no file is given.
+    ranges
+        Ranges of the sensor in cells, separated by commas.
+    starts
+        Starts per target, > 0.
+    searching
+        Planner, simulations and the like.
+    primary
+        The two models whose comparison, at the first range, is named before the run, as ``"a,b"``;
+        by default ``bayes,sloop-m4`` where both are run, else the last and the first. One model
+        alone is compared with nothing.
+    skip_bad
+        Pass over the lines that have a fault instead of refusing them.
+    workers
+        Processes; as many as there are processors when None.
+    backend, address
+        Where the trials run.
     """
 
     files: Sequence[str | Path]
@@ -85,15 +98,19 @@ def sweep_files(
 
     Parameters
     ----------
-    request : what is asked for.
-    tell : told a line of every fault that is passed over, and how a refitting goes.
-    progress : told how far the trials are.
+    request
+        What is asked for.
+    tell
+        Called with a line of every fault that is passed over, and how a refitting goes.
+    progress
+        Called with how far the trials are.
 
     Raises
     ------
-    SloopError : when something cannot be used; before any work, as far as it can be known then.
+    SloopError
+        When something cannot be used; before any work, as far as it can be known then.
     """
-    say = tell or _say_nothing
+    notify = tell or _say_nothing
     workers = joblib.cpu_count() if request.workers is None else request.workers
     for name, count in (("workers", workers), ("starts", request.starts)):
         if count < 1:
@@ -104,10 +121,10 @@ def sweep_files(
     models = models_named(request.models, request.params)
     if not request.cv:  # else they are fitted below
         for note in filter(None, map(fitting_note, models.values())):
-            say(note)
+            notify(note)
     ranges = _ranges(request.ranges)
     find = map_finder(request.maps)
-    scenes = _scenes(request, find, say)
+    scenes = _scenes(request, find, notify)
     for name in dict.fromkeys(scene.map for scene in scenes):
         for range_cells in ranges:
             SearchSpace(find(name).grid.shape, ("T",), request.searching.config(range_cells))
@@ -115,16 +132,16 @@ def sweep_files(
     targets = [facts for scene in scenes for facts in facts_of(scene, find(scene.map))]
     with writing(request.out, manifest, targets) as folder:
         used: dict[str, Preset | Mapping[str, Preset]] = dict(models)
-        told = tuple(
+        entries = tuple(
             ToldScene(scene, *read_scene(scene, find(scene.map), _relations(request)))
             for scene in scenes
         )
-        sweep = Sweep(told, used, ranges, request.starts, request.searching)
+        sweep = Sweep(entries, used, ranges, request.starts, request.searching)
         if len(folder.trials()) < folder.manifest["n_trials"] or not has_examples(folder):
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.pkl"
-                used.update(cross_validated(scenes, fitted, find, kept=kept, progress=say))
+                used.update(cross_validated(scenes, fitted, find, kept=kept, progress=notify))
             run_sweep(
                 sweep,
                 folder,
@@ -147,7 +164,7 @@ def _relations(request: SweepRequest) -> Any:
 
 
 def _scenes(
-    request: SweepRequest, find: Callable[[str], CityMap], tell: Callable[[str], None]
+    request: SweepRequest, find: Callable[[str], CityMap], notify: Callable[[str], None]
 ) -> tuple[DescribedScene, ...]:
     """Return the descriptions that tell a place."""
     scenes, faults = read_sound_descriptions(request.files, find)
@@ -156,13 +173,13 @@ def _scenes(
             f"{'; '.join(faults)}. Correct these lines, or pass over them with --skip-bad"
         )
     for fault in faults:
-        tell(f"passed over {fault}")
-    told = tuple(scene for scene in scenes if scene.targets)
-    if not told:
+        notify(f"passed over {fault}")
+    labelled = tuple(scene for scene in scenes if scene.targets)
+    if not labelled:
         raise InputError(
             "No description says where its targets are; expected 'targets' with their places"
         )
-    return told
+    return labelled
 
 
 def _ranges(given: str) -> tuple[float, ...]:

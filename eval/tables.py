@@ -18,9 +18,12 @@ class Estimate:
 
     Parameters
     ----------
-    mean : the number.
-    low, high : ends of the interval; not a number where there is none.
-    digits : after the decimal point.
+    mean
+        The number.
+    low, high
+        Ends of the interval; not a number where there is none.
+    digits
+        After the decimal point.
     """
 
     mean: float
@@ -49,12 +52,17 @@ class Table:
 
     Parameters
     ----------
-    name : of its files.
-    title : what it shows.
-    head : names of the columns, the first that of the rows.
-    rows : the cells, as many a row as there are columns. A row whose cells are all empty but the
-        first is the heading of those below it.
-    notes : how to read it, a sentence or two each.
+    name
+        Name of its files.
+    title
+        What it shows.
+    head
+        Names of the columns, the first that of the rows.
+    rows
+        The cells, as many a row as there are columns. A row whose cells are all empty but the first
+        is the heading of those below it.
+    notes
+        How to read it, a sentence or two each.
     """
 
     name: str
@@ -72,10 +80,10 @@ class Table:
 
         The first never is.
         """
-        told = [[cell for cell in column if cell] for column in zip(*self.told(), strict=True)]
+        texts = [[cell for cell in column if cell] for column in zip(*self.told(), strict=True)]
         signs = "0123456789−.<"
         return [
-            bool(i and told[i]) and all(c[0] in signs for c in told[i]) for i in range(len(told))
+            bool(i and texts[i]) and all(c[0] in signs for c in texts[i]) for i in range(len(texts))
         ]
 
     def markdown(self) -> str:
@@ -103,8 +111,8 @@ class Table:
             " & ".join(map(_tex, self.head)) + r" \\",
             r"\midrule",
         ]
-        for row, told in zip(self.rows, self.told(), strict=True):
-            cells = list(map(_tex, told))
+        for row, texts in zip(self.rows, self.told(), strict=True):
+            cells = list(map(_tex, texts))
             if _is_heading(row):
                 cells = [rf"\multicolumn{{{len(self.head)}}}{{l}}{{\emph{{{cells[0]}}}}}"]
             lines.append(" & ".join(cells) + r" \\")
@@ -125,8 +133,8 @@ class Table:
             cells: list[object] = []
             for cell, ends in zip(row, wide, strict=True):
                 if isinstance(cell, Estimate):
-                    told = (cell.mean, cell.low, cell.high)
-                    cells += map(_number, told if ends else told[:1])
+                    numbers = (cell.mean, cell.low, cell.high)
+                    cells += map(_number, numbers if ends else numbers[:1])
                 else:
                     cells += ["" if cell is None else cell, *(["", ""] if ends else [])]
             writer.writerow(cells)

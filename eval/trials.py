@@ -33,11 +33,16 @@ class TrialKey:
 
     Parameters
     ----------
-    description : id of the description.
-    target : id of the target.
-    model : name of the model.
-    range_cells : how far the sensor sees, cells.
-    start : number of the start, from 0.
+    description
+        Id of the description.
+    target
+        Id of the target.
+    model
+        Name of the model.
+    range_cells
+        How far the sensor sees, cells.
+    start
+        Number of the start, from 0.
     """
 
     description: str
@@ -53,14 +58,22 @@ class Trial:
 
     Parameters
     ----------
-    key : which trial it is.
-    map, configuration : where, and of which placement of the objects.
-    found : whether the target was found.
-    steps : steps taken.
-    discounted_reward : sum of the discounted rewards.
-    reward : sum of the rewards.
-    start_m : where the robot began, x and y in metres.
-    seconds : wall time of the search; two runs of a trial differ in nothing else.
+    key
+        Which trial it is.
+    map, configuration
+        Where, and of which placement of the objects.
+    found
+        Whether the target was found.
+    steps
+        Steps taken.
+    discounted_reward
+        Sum of the discounted rewards.
+    reward
+        Sum of the rewards.
+    start_m
+        Where the robot began, x and y in metres.
+    seconds
+        Wall time of the search; two runs of a trial differ in nothing else.
     """
 
     key: TrialKey
@@ -95,7 +108,8 @@ class Trial:
 
         Raises
         ------
-        InputError : when a member is missing or unusable.
+        InputError
+            When a member is missing or unusable.
         """
         try:
             return cls(
@@ -125,17 +139,25 @@ class Searching:
 
     Parameters
     ----------
-    planner : name of the planner.
-    sims : simulations per step.
-    rollout : the planner's rollout; its own when None.
-    fov_deg : opening of the sensor's fan, degrees.
-    max_steps : steps after which a search ends; 200, more on a larger map, when None.
-    seed : of all random numbers.
+    planner
+        Name of the planner.
+    sims
+        Simulations per step.
+    rollout
+        The planner's rollout; its own when None.
+    fov_deg
+        Opening of the sensor's fan, degrees.
+    max_steps
+        Steps after which a search ends; 200, more on a larger map, when None.
+    seed
+        Seed of all random numbers.
 
     Raises
     ------
-    InputError : when a value is out of its range.
-    UnknownName : when there is no such planner or rollout.
+    InputError
+        When a value is out of its range.
+    UnknownName
+        When there is no such planner or rollout.
     """
 
     planner: str = "fast"
@@ -194,11 +216,16 @@ def run_trial(
 
     Parameters
     ----------
-    key : the trial.
-    scene : its description.
-    city : its map.
-    belief : where the target is believed to be, shape (H, W), summing to one.
-    searching : how it is searched.
+    key
+        The trial.
+    scene
+        Its description.
+    city
+        Its map.
+    belief
+        Where the target is believed to be, shape (H, W), summing to one.
+    searching
+        How it is searched.
 
     Notes
     -----

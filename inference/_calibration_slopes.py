@@ -52,9 +52,12 @@ class Fault:
 
     Parameters
     ----------
-    model : changes the model that infers.
-    hear : changes what it is told.
-    see : changes its belief, shape (H, W).
+    model
+        Changes the model that infers.
+    hear
+        Changes what it is told.
+    see
+        Changes its belief, shape (H, W).
     """
 
     model: Callable[[Preset], Preset] = lambda model: model
@@ -67,7 +70,8 @@ def sharper_frames(model: Preset, times: float) -> Preset:
 
     Raises
     ------
-    InputError : when its frames are not spread.
+    InputError
+        When its frames are not spread.
     """
     prior = model.frame_prior
     if not isinstance(prior, PredictedSpread):
@@ -107,11 +111,16 @@ def near_slopes(
 
     Parameters
     ----------
-    city : the map.
-    n : number of descriptions, > 0.
-    rng : draws them.
-    model : what they are drawn from.
-    fault : what is wrong with inference.
+    city
+        The map.
+    n
+        Number of descriptions, > 0.
+    rng
+        Draws them.
+    model
+        What they are drawn from.
+    fault
+        What is wrong with inference.
 
     Returns
     -------
@@ -146,12 +155,12 @@ def near_slopes(
             grounds=grounds,
             prior=prior,
         )
-        heard = replace(fault.hear(drawn.description), text="")
+        utterance = replace(fault.hear(drawn.description), text="")
 
-        other = mirrored(heard)
+        other = mirrored(utterance)
         before, after, turned = (
-            infer_batch([said], city, by, prior=prior)[0]
-            for said, by in ((heard, believed), (heard, moved), (other, believed))
+            infer_batch([description], city, by, prior=prior)[0]
+            for description, by in ((utterance, believed), (utterance, moved), (other, believed))
         )
         for name in names:
             cell, belief = drawn.latents[name].cell, fault.see(before[name])
@@ -165,9 +174,12 @@ def residual(belief: Table, moved: Table, true: int | tuple[int, ...]) -> tuple[
 
     Parameters
     ----------
-    belief : probabilities, of any shape.
-    moved : what they become when a parameter grows; the same shape, up to a constant.
-    true : index of the truth.
+    belief
+        Probabilities, of any shape.
+    moved
+        What they become when a parameter grows; the same shape, up to a constant.
+    true
+        Index of the truth.
     """
     slope = np.log(np.maximum(moved, _FLOOR)) - np.log(np.maximum(belief, _FLOOR))
     mean = float((belief * slope).sum())

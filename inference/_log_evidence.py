@@ -18,11 +18,14 @@ class LogEvidence(float):
 
     Parameters
     ----------
-    value : log probability, natural.
-    normalisation : that of the model.
-    model : the model's name.
-    vocabulary : relation words that could have been said; empty unless the normalisation is
-        ``"speaker"``.
+    value
+        Log probability, natural.
+    normalisation
+        That of the model.
+    model
+        The model's name.
+    vocabulary
+        Relation words that could have been said; empty unless the normalisation is ``"speaker"``.
 
     Examples
     --------

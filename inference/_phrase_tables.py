@@ -186,12 +186,12 @@ class PhraseTables:
 
     def _raw(self, relation: RelationTerm) -> ProgramData:
         """Return the program's data with an asserted phrase alone, of which nothing is divided."""
-        speaks = self.data.model.normalisation == "speaker"
+        is_generative = self.data.model.normalisation == "speaker"
         model = replace(
             self._alone.model,
             lapse=0.0,
             unreliable=0.0,
-            normalisation="speaker" if speaks else "truth",
+            normalisation="speaker" if is_generative else "truth",
         )
         log_prior = torch.zeros(1, relation.n_cells, dtype=torch.float64)
         return replace(

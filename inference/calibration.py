@@ -53,10 +53,12 @@ class Calibration:
 
     Parameters
     ----------
-    ranks : statistic -> ranks in [0, 1], shape (n,): the posterior probability below the truth,
-        ties broken at random. They are uniform when the posterior is right.
-    slopes : parameter -> residual and variance, shape (m, 2); the residuals sum to zero, within
-        the root of the summed variances, when the posterior is right.
+    ranks
+        Statistic -> ranks in [0, 1], shape (n,): the posterior probability below the truth, ties
+        broken at random. They are uniform when the posterior is right.
+    slopes
+        Parameter -> residual and variance, shape (m, 2); the residuals sum to zero, within the root
+        of the summed variances, when the posterior is right.
     """
 
     ranks: Mapping[str, Table]
@@ -69,11 +71,13 @@ class Calibration:
         Kolmogorov-Smirnov of ranks against uniform; for slopes, two-sided, of their standardised
         sum against the standard normal.
         """
-        told = {name: float(kstest(ranks, "uniform").pvalue) for name, ranks in self.ranks.items()}
+        by_name = {
+            name: float(kstest(ranks, "uniform").pvalue) for name, ranks in self.ranks.items()
+        }
         for name, rows in self.slopes.items():
             total, variance = rows.sum(0)
-            told[name] = float(erfc(abs(total) / math.sqrt(2 * max(variance, 1e-300))))
-        return told
+            by_name[name] = float(erfc(abs(total) / math.sqrt(2 * max(variance, 1e-300))))
+        return by_name
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -96,13 +100,20 @@ def calibrate(
 
     Parameters
     ----------
-    city : the map; coarse cells make it fast.
-    n : number of descriptions whose latents are ranked, >= 0.
-    rng : draws the descriptions and breaks ties; description i is the same whatever `n`.
-    model : what the descriptions are drawn from and inferred with, as a speaker.
-    fault : what is wrong with inference; nothing when None.
-    phrases : phrases of each of these descriptions.
-    near : number of other descriptions for the slopes of the cell, of targets near a cluster of
+    city
+        The map; coarse cells make it fast.
+    n
+        Number of descriptions whose latents are ranked, >= 0.
+    rng
+        Draws the descriptions and breaks ties; description i is the same whatever `n`.
+    model
+        What the descriptions are drawn from and inferred with, as a speaker.
+    fault
+        What is wrong with inference; nothing when None.
+    phrases
+        Phrases of each of these descriptions.
+    near
+        Number of other descriptions for the slopes of the cell, of targets near a cluster of
         grounds, >= 0; four times `n` when None. See
         :func:`sloop_ppl.inference._calibration_slopes.near_slopes`.
 
@@ -136,8 +147,8 @@ def calibrate(
     steep = {"concentration": np.array(turns)} if turns else {}
     if count := _NEAR * n if near is None else near:
         steep |= near_slopes(city, count, rng=rng, model=model, fault=wrong)
-    told = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
-    return Calibration(told, steep)
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
+    return Calibration(columns, steep)
 
 
 def _ranks(
@@ -219,14 +230,19 @@ def power(
 
     Parameters
     ----------
-    found : calibration of a faulty inference.
-    share : size of the test whose power is wanted, as a share of the simulations there are.
-    rng : draws the parts.
-    repeats : number of parts.
+    found
+        Calibration of a faulty inference.
+    share
+        Size of the test whose power is wanted, as a share of the simulations there are.
+    rng
+        Draws the parts.
+    repeats
+        Number of parts.
 
     Raises
     ------
-    InputError : when `share` is not above 0 and at most 1.
+    InputError
+        When `share` is not above 0 and at most 1.
     """
     if not 0 < share <= 1:
         raise InputError(f"share is {share}; expected more than 0 and at most 1")

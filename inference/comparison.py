@@ -30,12 +30,17 @@ class EngineRun:
 
     Parameters
     ----------
-    engine : its name.
-    total_variation : target -> total variation of its belief from the exact one, in [0, 1]; empty
-        when it could not run.
-    log_evidence : its estimate of the log evidence; None when it could not run.
-    seconds : wall time of one inference, the first call of all excepted.
-    refused : why it could not run; None when it could.
+    engine
+        Its name.
+    total_variation
+        Target -> total variation of its belief from the exact one, in [0, 1]; empty when it could
+        not run.
+    log_evidence
+        Its estimate of the log evidence; None when it could not run.
+    seconds
+        Wall time of one inference, the first call of all excepted.
+    refused
+        Why it could not run; None when it could.
     """
 
     engine: str
@@ -56,9 +61,12 @@ class EngineComparison:
 
     Parameters
     ----------
-    model : the model's name.
-    reference : the engine that the others are compared with.
-    runs : one per engine.
+    model
+        The model's name.
+    reference
+        The engine that the others are compared with.
+    runs
+        One per engine.
     """
 
     model: str
@@ -115,13 +123,20 @@ def compare(
 
     Parameters
     ----------
-    description : what was said.
-    city : the map.
-    model : a model's name, or a Preset.
-    engines : names of engines, or engines with options; all that are registered when None.
-    prior : belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
-    rng : where engines that draw do so, each from a stream of its own name.
-    reference : the engine that counts as right.
+    description
+        What was said.
+    city
+        The map.
+    model
+        A model's name, or a Preset.
+    engines
+        Names of engines, or engines with options; all that are registered when None.
+    prior
+        Belief before anything was said; see :func:`sloop_ppl.inference.log_priors`.
+    rng
+        Where engines that draw do so, each from a stream of its own name.
+    reference
+        The engine that counts as right.
 
     Returns
     -------
@@ -130,7 +145,8 @@ def compare(
 
     Raises
     ------
-    UnknownName : when there is no such engine or model.
+    UnknownName
+        When there is no such engine or model.
     """
     chosen = preset(model)
     # An unknown name is refused before the work.
@@ -175,10 +191,14 @@ class ModelScore:
 
     Parameters
     ----------
-    name : what the model is called in the comparison.
-    log_evidence : log probability of what was said, natural.
-    bits_behind : how many bits it is behind the best, >= 0.
-    p : its probability when all were equally likely before.
+    name
+        What the model is called in the comparison.
+    log_evidence
+        Log probability of what was said, natural.
+    bits_behind
+        How many bits it is behind the best, >= 0.
+    p
+        Its probability when all were equally likely before.
     """
 
     name: str
@@ -194,13 +214,15 @@ def rank_models(
 
     Parameters
     ----------
-    posteriors : one posterior per model, of the same descriptions on the same map from the same
-        prior; by name, or named by their models.
+    posteriors
+        One posterior per model, of the same descriptions on the same map from the same prior; by
+        name, or named by their models.
 
     Raises
     ------
-    InputError : when there are none; when one is not normalised over what could have been said;
-        or when they are not about the same words, map, prior and sensing.
+    InputError
+        When there are none; when one is not normalised over what could have been said; or when they
+        are not about the same words, map, prior and sensing.
 
     Notes
     -----

@@ -53,8 +53,8 @@ def uniforms_for(
     """
     if n < 1:
         raise InputError(f"n is {n}; expected at least one draw")
-    heard = sum(target in factor.log_factors for factor in factors)
-    needed = 1 + heard + 2 * len(framed_relations(factors, target))
+    n_informative = sum(target in factor.log_factors for factor in factors)
+    needed = 1 + n_informative + 2 * len(framed_relations(factors, target))
     return _lattice(n, needed) if rng is None else rng.random((n, needed))
 
 
@@ -95,12 +95,12 @@ def draws_from(
     """
     import xarray
 
-    heard = [which for which, factor in enumerate(factors) if target in factor.log_factors]
+    informative = [which for which, factor in enumerate(factors) if target in factor.log_factors]
     cells = _inverse(joint.probabilities(f"{target}/cell"), uniforms[:, 0])
     rows, cols = np.divmod(cells, grid.n_cols)
-    chosen = np.zeros((len(cells), len(heard)), dtype=np.intp)
+    chosen = np.zeros((len(cells), len(informative)), dtype=np.intp)
     names: Table = np.array([], dtype=str)
-    for column, which in enumerate(heard):
+    for column, which in enumerate(informative):
         component = site_name(f"{target}/component", which)
         weights = joint.probabilities(component, f"{target}/cell")[:, cells]
         chosen[:, column] = _by_column(weights, uniforms[:, 1 + column])
@@ -111,11 +111,11 @@ def draws_from(
         own = FramePosterior(joint, factors[frame.which], target, frame)
         # Phrases of one description that share a front draw it with the same numbers.
         same = (f for f in range(k) if _share(factors, framed[f], frame))
-        column = 1 + len(heard) + 2 * next(same, k)
+        column = 1 + len(informative) + 2 * next(same, k)
         for start in range(0, len(cells), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             pick, within = uniforms[part, column], uniforms[part, column + 1]
-            components = chosen[part, heard.index(frame.which)]
+            components = chosen[part, informative.index(frame.which)]
             fronts[part, k] = _fronts(
                 joint, factors, target, own, frame, cells[part], components, pick, within
             )
@@ -125,7 +125,10 @@ def draws_from(
             "y": ("draw", grid.y_m[rows], {"units": "m"}),
             "row": ("draw", rows),
             "col": ("draw", cols),
-            "component": (("draw", "description"), names[chosen] if heard else chosen.astype(str)),
+            "component": (
+                ("draw", "description"),
+                names[chosen] if informative else chosen.astype(str),
+            ),
             "front": (("draw", "frame"), fronts, {"units": "rad"}),
         },
         coords={
@@ -277,8 +280,8 @@ def _fronts(
         angles, mass, _ = own.nodes(_BINS)
         uses = np.array([part.uses_frames for part in factors[framed.which].data.model.components])
         places, home = np.unique(cells, return_inverse=True)
-        told = mass[:, None] * own.ratio_at(angles, places)
-        node = _by_column(np.where(uses[components], told[:, home], mass[:, None]), pick)
+        weighted = mass[:, None] * own.ratio_at(angles, places)
+        node = _by_column(np.where(uses[components], weighted[:, home], mass[:, None]), pick)
     points = [part.mean_rad for part in own.prior.parts if math.isinf(part.kappa)]
     width = 2 * math.pi / max(len(np.unique(angles)) - len(points), 1)
     jitter = np.where(np.isin(angles[node], points), 0.0, (within - 0.5) * width)

@@ -48,9 +48,12 @@ def cells_geojson(posterior: Beliefs, targets: Sequence[str], least: float = 0.0
 
     Parameters
     ----------
-    posterior : what is believed.
-    targets : ids of the targets.
-    least : cells of a lower probability are left out, in [0, 1).
+    posterior
+        What is believed.
+    targets
+        Ids of the targets.
+    least
+        Cells of a lower probability are left out, in [0, 1).
 
     Returns
     -------
@@ -62,8 +65,10 @@ def cells_geojson(posterior: Beliefs, targets: Sequence[str], least: float = 0.0
 
     Raises
     ------
-    InputError : when the map has no centre on earth, or `least` is no probability.
-    UnknownName : when there is no such target.
+    InputError
+        When the map has no centre on earth, or `least` is no probability.
+    UnknownName
+        When there is no such target.
 
     Notes
     -----

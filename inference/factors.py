@@ -77,7 +77,7 @@ class DescriptionFactor:
 
     def about(self, target: str) -> tuple[SpatialRelation, ...]:
         """Return what was said of a target, text by text."""
-        return tuple(r for said in self.descriptions for r in said.about(target))
+        return tuple(r for description in self.descriptions for r in description.about(target))
 
     def relations(self, target: str) -> tuple[RelationTerm, ...]:
         """Return the grounded relations of a target."""
@@ -126,7 +126,7 @@ def joint_posterior(
         cell = f"{target}/cell"
         tables.append(LogTable((cell,), torch.from_numpy(table + log_sensed[target])))
         supports[cell] = range(len(table))
-    spoken = dict.fromkeys(log_prior, 0)
+    n_phrases = dict.fromkeys(log_prior, 0)
     for which, factor in enumerate(factors):
         shared = [site_name(latent.name, which) for latent in factor.data.shared]
         for name, latent in zip(shared, factor.data.shared, strict=True):
@@ -139,9 +139,9 @@ def joint_posterior(
             tables.append(LogTable(names, torch.from_numpy(table)))
             supports[component] = factor.components
             phrases += latents_of_phrases(
-                factor.data, target, spoken[target], partial(site_name, which=which)
+                factor.data, target, n_phrases[target], partial(site_name, which=which)
             )
-            spoken[target] += len(factor.relations(target))
+            n_phrases[target] += len(factor.relations(target))
     if settings > _MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "

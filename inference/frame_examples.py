@@ -45,15 +45,20 @@ def maps_of_folder(
 
     Parameters
     ----------
-    folder : holds ``.osm``, ``.osm.pbf`` or ``.geojson`` files.
-    leave_out : names not to read.
-    progress : told a line a map.
+    folder
+        Holds ``.osm``, ``.osm.pbf`` or ``.geojson`` files.
+    leave_out
+        Names not to read.
+    progress
+        Called with a line per map.
 
     Raises
     ------
-    InputError : when there is no such folder, no map in it, or two of one name, or a name to
-        leave out is not there.
-    MapError : when a file is no map.
+    InputError
+        When there is no such folder, no map in it, or two of one name, or a name to leave out is
+        not there.
+    MapError
+        When a file is no map.
     """
     place = Path(folder)
     if not place.is_dir():
@@ -93,8 +98,10 @@ class FrameLabel:
 
     Parameters
     ----------
-    building : id of the building.
-    front_rad : the direction, radians anticlockwise from east.
+    building
+        Id of the building.
+    front_rad
+        The direction, radians anticlockwise from east.
     """
 
     building: str
@@ -106,8 +113,10 @@ def address_labels(city: CityMap, buildings: Iterable[str] | None = None) -> lis
 
     Parameters
     ----------
-    city : the map.
-    buildings : ids of those to look at; all buildings when None.
+    city
+        The map.
+    buildings
+        Ids of those to look at; all buildings when None.
 
     Notes
     -----
@@ -153,10 +162,14 @@ class FrameExamples:
 
     Parameters
     ----------
-    pictures : planes as uint8, 255 for whole, shape (N, R, 4, 28, 28).
-    turns_rad : by how much the scene of each drawing is turned, shape (N, R).
-    bearing_rad, features, there : streets around each, shape (N, C), (N, C, F), (N, C).
-    front_rad : the label, shape (N,).
+    pictures
+        Planes as uint8, 255 for whole, shape (N, R, 4, 28, 28).
+    turns_rad
+        By how much the scene of each drawing is turned, shape (N, R).
+    bearing_rad, features, there
+        Streets around each, shape (N, C), (N, C, F), (N, C).
+    front_rad
+        The label, shape (N,).
     """
 
     pictures: Tensor
@@ -204,16 +217,22 @@ def frame_examples(
 
     Parameters
     ----------
-    city : the map.
-    labels : buildings and their fronts.
-    view : the picture to draw; see :data:`sloop_ppl.models.frames.VIEWS`.
-    drawings : how often each building is drawn, > 0; turned by any angle, shifted by a few
-        metres, a picture that is not centred by up to half its side.
-    rng : draws turns and shifts, a stream for each building.
+    city
+        The map.
+    labels
+        Buildings and their fronts.
+    view
+        The picture to draw; see :data:`sloop_ppl.models.frames.VIEWS`.
+    drawings
+        How often each building is drawn, > 0; turned by any angle, shifted by a few metres, a
+        picture that is not centred by up to half its side.
+    rng
+        Draws turns and shifts, a stream for each building.
 
     Raises
     ------
-    InputError : when a label is no finite angle.
+    InputError
+        When a label is no finite angle.
     """
     for label in labels:
         if not math.isfinite(label.front_rad):
@@ -265,7 +284,8 @@ def joined(sets: Sequence[FrameExamples]) -> FrameExamples:
 
     Raises
     ------
-    InputError : when there is none.
+    InputError
+        When there is none.
     """
     some = [examples for examples in sets if len(examples)]
     if not some:

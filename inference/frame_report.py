@@ -21,14 +21,19 @@ def fronts_of(
 
     Parameters
     ----------
-    city : the map.
-    frames : a registered frame predictor, or the path of a weights file.
-    landmarks : ids; all buildings when None or empty.
+    city
+        The map.
+    frames
+        A registered frame predictor, or the path of a weights file.
+    landmarks
+        Ids; all buildings when None or empty.
 
     Raises
     ------
-    UnknownName : for another predictor, or a landmark that is not on the map.
-    InputError : when the map has no building and no landmark is given, or weights cannot be used.
+    UnknownName
+        For another predictor, or a landmark that is not on the map.
+    InputError
+        When the map has no building and no landmark is given, or weights cannot be used.
     """
     predictor = frame_predictor(frames)
     wanted = list(landmarks or [b.id for b in city.of_kind("building")])

@@ -41,13 +41,19 @@ class Recipe:
 
     Parameters
     ----------
-    shape : what it is made of.
-    loss : ``"circular-log"``, less the log density of the label; or ``"squared-angle"``, the
-        paper's squared angular difference to one predicted angle.
-    learning_rate, weight_decay : of Adam, with decoupled decay.
-    batch : buildings a step.
-    epochs : at most so many passes.
-    patience : passes without a better score on the buildings held back before it stops.
+    shape
+        What it is made of.
+    loss
+        ``"circular-log"``, less the log density of the label; or ``"squared-angle"``, the paper's
+        squared angular difference to one predicted angle.
+    learning_rate, weight_decay
+        Learning rate and weight decay of Adam, with decoupled decay.
+    batch
+        Buildings a step.
+    epochs
+        At most so many passes.
+    patience
+        Passes without a better score on the buildings held back before it stops.
     """
 
     shape: NetworkShape = field(default_factory=NetworkShape)
@@ -83,10 +89,14 @@ class TrainingInfo:
 
     Parameters
     ----------
-    epochs : passes that were made.
-    examples, held_back : numbers of buildings.
-    losses : loss on the buildings held back after each pass.
-    best : the least of these, that of the network returned.
+    epochs
+        Passes that were made.
+    examples, held_back
+        Numbers of buildings.
+    losses
+        Loss on the buildings held back after each pass.
+    best
+        The least of these, that of the network returned.
     """
 
     epochs: int
@@ -107,10 +117,14 @@ def train_frames(
 
     Parameters
     ----------
-    examples : labelled buildings; one in eight is held back, which needs at least 16.
-    recipe : how.
-    rng : draws initial weights, batches, turns and who is held back.
-    progress : told a line a pass.
+    examples
+        Labelled buildings; one in eight is held back, which needs at least 16.
+    recipe
+        How to train.
+    rng
+        Draws initial weights, batches, turns and who is held back.
+    progress
+        Called with a line per pass.
 
     Returns
     -------
@@ -119,7 +133,8 @@ def train_frames(
 
     Raises
     ------
-    InputError : when there are too few examples, or the loss is no finite number.
+    InputError
+        When there are too few examples, or the loss is no finite number.
 
     Notes
     -----
@@ -193,17 +208,25 @@ def train_on_maps(
 
     Parameters
     ----------
-    maps : name -> map.
-    recipe : name in :data:`sloop_ppl.inference.frame_training.RECIPES`.
-    epochs, patience : instead of the recipe's.
-    command : the command that does just this, to be kept with the weights.
-    rng : draws all that is drawn.
-    progress : told how it goes, a line at a time.
+    maps
+        Name -> map.
+    recipe
+        Name in :data:`sloop_ppl.inference.frame_training.RECIPES`.
+    epochs, patience
+        Epochs and patience instead of the recipe's.
+    command
+        The command that does just this, to be kept with the weights.
+    rng
+        Draws all that is drawn.
+    progress
+        Called with a line at a time on how it goes.
 
     Raises
     ------
-    UnknownName : for another recipe.
-    InputError : when there are too few labelled buildings, or training fails.
+    UnknownName
+        For another recipe.
+    InputError
+        When there are too few labelled buildings, or training fails.
     """
     chosen = with_limits(RECIPES[recipe], epochs, patience)
     sets = examples_of_maps(maps, chosen.shape.view, rng=child(rng, "examples"), progress=progress)
@@ -235,9 +258,9 @@ def training_command(
     recipe: str, leave_out: str, epochs: int | None, patience: int | None, seed: int
 ) -> str:
     """Return the command line that trains so; DIR is the folder of maps."""
-    told: dict[str, str | int | None] = {"--recipe": recipe, "--leave-out": leave_out or None}
-    told |= {"--epochs": epochs, "--patience": patience, "--seed": seed}
-    options = " ".join(f"{name} {value}" for name, value in told.items() if value is not None)
+    values: dict[str, str | int | None] = {"--recipe": recipe, "--leave-out": leave_out or None}
+    values |= {"--epochs": epochs, "--patience": patience, "--seed": seed}
+    options = " ".join(f"{name} {value}" for name, value in values.items() if value is not None)
     return f"sloop frames train --maps DIR {options} --out {recipe}.safetensors"
 
 

@@ -19,8 +19,8 @@ def framed_examples(examples: Sequence[Example]) -> list[Example]:
     """Return the examples in which front, behind, left or right is said, of those targets."""
     kept = []
     for example in examples:
-        said = example.description.relations
-        framed = {r.figure for r in said if RELATIONS[r.relation].needs_frame}
+        relations = example.description.relations
+        framed = {r.figure for r in relations if RELATIONS[r.relation].needs_frame}
         cells = {target: cell for target, cell in example.cells.items() if target in framed}
         if cells:
             kept.append(replace(example, cells=cells))
@@ -38,11 +38,14 @@ def tune_frames(
 
     Parameters
     ----------
-    examples : descriptions with the cells of their targets.
-    model : the observation model; its frame prior is a
-        :class:`sloop_ppl.models.PredictedSpread`.
-    predictor : predicts the fronts; its own weights stay as they are.
-    progress : told a line per round.
+    examples
+        Descriptions with the cells of their targets.
+    model
+        The observation model; its frame prior is a :class:`sloop_ppl.models.PredictedSpread`.
+    predictor
+        Predicts the fronts; its own weights stay as they are.
+    progress
+        Called with a line per round.
 
     Returns
     -------
@@ -52,8 +55,9 @@ def tune_frames(
 
     Raises
     ------
-    InputError : when the model's frame prior takes no predictor, or no example says front, behind,
-        left or right of a target whose cell is known.
+    InputError
+        When the model's frame prior takes no predictor, or no example says front, behind, left or
+        right of a target whose cell is known.
 
     Notes
     -----

@@ -245,8 +245,8 @@ class FramePosterior:
             ratio = np.exp(given - expected)
         size = self.n_cells if cells is None else len(cells)
         whole = np.broadcast_to(ratio, (len(angles_rad), *self.shape[:-1], size))
-        told: Table = np.nan_to_num(whole.reshape(len(angles_rad), -1, size), posinf=0.0)
-        return told
+        ratios: Table = np.nan_to_num(whole.reshape(len(angles_rad), -1, size), posinf=0.0)
+        return ratios
 
     def ratio_at(self, angles_rad: Table, cells: NDArray[np.intp]) -> Table:
         """Return what `ratio` does at some cells, shared latents averaged over, shape (B, C)."""

@@ -37,17 +37,22 @@ class FreeParameters:
 
     Parameters
     ----------
-    model : where the numbers start.
-    learn : names of what is learnt; all that the model has when None.
+    model
+        Where the numbers start.
+    learn
+        Names of what is learnt; all that the model has when None.
 
     Attributes
     ----------
-    names : name of each number, ``weights:component`` for those of the mixture.
-    start, centre : where the numbers start, and the mean of their prior, shape (P,).
+    names
+        Name of each number, ``weights:component`` for those of the mixture.
+    start, centre
+        Where the numbers start, and the mean of their prior, shape (P,).
 
     Raises
     ------
-    InputError : when a name is unknown, or the model is one that cannot be fitted.
+    InputError
+        When a name is unknown, or the model is one that cannot be fitted.
 
     Notes
     -----
@@ -69,8 +74,8 @@ class FreeParameters:
         prior: Any = model.frame_prior
         if is_dataclass(prior):
             # A speaker's left and right are those of the ground, as every other word.
-            heard = _FRAMES[:1] if self.speaks else _FRAMES
-            declared |= {p.name: ("frames", p) for p in heard if hasattr(prior, p.name)}
+            frame_parameters = _FRAMES[:1] if self.speaks else _FRAMES
+            declared |= {p.name: ("frames", p) for p in frame_parameters if hasattr(prior, p.name)}
         known = [*declared, *(["weights"] if len(model.components) > 1 else [])]
         chosen = known if learn is None else list(dict.fromkeys(learn))
         for name in chosen:
@@ -99,7 +104,8 @@ class FreeParameters:
 
         Raises
         ------
-        InputError : when it is not learnt, or is no number of the likelihood or the frames.
+        InputError
+            When it is not learnt, or is no number of the likelihood or the frames.
         """
         varying = [n for section, _, n in self._learnt if section != "model"]
         if name not in varying:
@@ -118,7 +124,8 @@ class FreeParameters:
 
         Parameters
         ----------
-        z : one number per parameter; those of the likelihood and the frames may be of shape (S,),
+        z
+            One number per parameter; those of the likelihood and the frames may be of shape (S,),
             one per cell of the terms that the model is asked about.
         """
         sections: dict[str, dict[str, Any]] = {"likelihood": {}, "model": {}, "frames": {}}
@@ -140,43 +147,47 @@ class FreeParameters:
 
         Parameters
         ----------
-        z : shape (..., P).
+        z
+            Shape (..., P).
 
         Returns
         -------
         dict of Tensor
             By the names of `names`, shape (...) each.
         """
-        told = {
+        by_name = {
             name: _from_normal(parameter, z[..., i])
             for i, (_, parameter, name) in enumerate(self._learnt)
         }
         weights = torch.softmax(z[..., len(self._learnt) :], -1)
         for k, part in enumerate(self._parts):
-            told[f"weights:{part}"] = weights[..., k]
-        return told
+            by_name[f"weights:{part}"] = weights[..., k]
+        return by_name
 
     def by_section(self, values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         """Lay out something per name of `names` as ``with_parameters`` takes parameters."""
         sections = {name: section for section, _, name in self._learnt}
-        told: dict[str, dict[str, Any]] = {}
+        by_section: dict[str, dict[str, Any]] = {}
         for name, value in values.items():
             section, _, own = name.rpartition(":")
-            told.setdefault(section or sections[name], {})[own] = value
-        return told
+            by_section.setdefault(section or sections[name], {})[own] = value
+        return by_section
 
     def intervals(self, z: Tensor, covariance: Tensor, deviations: float) -> dict[str, Any]:
         """Return name -> ends of an interval that is symmetric in the number, not in the value.
 
         Parameters
         ----------
-        z : the middle, shape (P,).
-        covariance : of the numbers, shape (P, P).
-        deviations : half the interval in standard deviations; 1.96 of them are 95 %.
+        z
+            The middle, shape (P,).
+        covariance
+            Covariance of the numbers, shape (P, P).
+        deviations
+            Half the interval in standard deviations; 1.96 of them are 95 %.
         """
         away = deviations * covariance.diagonal().sqrt()
         low, high = self.values(z - away), self.values(z + away)
-        told = {name: (float(low[name]), float(high[name])) for _, _, name in self._learnt}
+        by_name = {name: (float(low[name]), float(high[name])) for _, _, name in self._learnt}
         first = len(self._learnt)
         for k, part in enumerate(self._parts):
             # A weight's log odds are its number less the logsumexp of the others.
@@ -187,8 +198,8 @@ class FreeParameters:
             odds = z[first + k] - torch.logsumexp(z[first:][others], 0)
             half = deviations * (slope @ covariance @ slope).sqrt()
             ends = torch.sigmoid(torch.stack([odds - half, odds + half]))
-            told[f"weights:{part}"] = (float(ends[0]), float(ends[1]))
-        return told
+            by_name[f"weights:{part}"] = (float(ends[0]), float(ends[1]))
+        return by_name
 
     def _now(self, section: str, parameter: Parameter) -> float:
         owner: Any = {

@@ -47,16 +47,25 @@ def sample_parameters(
 
     Parameters
     ----------
-    examples : what is learnt from; with `vary`, each has a speaker.
-    model : the model whose parameters are learnt, from where they stand.
-    rng : where the chains are drawn from; the same seed gives the same draws.
-    learn : names of what is learnt, as for :func:`sloop_ppl.inference.learning.fit`.
-    vary : names of those that differ from speaker to speaker, around the population's: numbers of
-        the likelihood and ``kappa``.
-    warmup : steps of a chain that adapt it and are dropped, > 0.
-    draws : steps of a chain that are kept, at least 20.
-    chains : number of chains, run one after another, > 0.
-    progress : told a line now and then.
+    examples
+        What is learnt from; with `vary`, each has a speaker.
+    model
+        The model whose parameters are learnt, from where they stand.
+    rng
+        Where the chains are drawn from; the same seed gives the same draws.
+    learn
+        Names of what is learnt, as for :func:`sloop_ppl.inference.learning.fit`.
+    vary
+        Names of those that differ from speaker to speaker, around the population's: numbers of the
+        likelihood and ``kappa``.
+    warmup
+        Steps of a chain that adapt it and are dropped, > 0.
+    draws
+        Steps of a chain that are kept, at least 20.
+    chains
+        Number of chains, run one after another, > 0.
+    progress
+        Called with a line now and then.
 
     Returns
     -------
@@ -65,8 +74,9 @@ def sample_parameters(
 
     Raises
     ------
-    InputError : when no example knows a cell, there is nothing to learn by a name, an example has
-        no speaker or there are fewer than two, the score is not a number, or draws are too few.
+    InputError
+        When no example knows a cell, there is nothing to learn by a name, an example has no speaker
+        or there are fewer than two, the score is not a number, or draws are too few.
 
     Notes
     -----
@@ -168,7 +178,7 @@ class _Target:
 
 
 def _chain(
-    target: _Target, speakers: int, warmup: int, draws: int, tell: Callable[[str], None]
+    target: _Target, speakers: int, warmup: int, draws: int, notify: Callable[[str], None]
 ) -> tuple[dict[str, Tensor], int]:
     """Return the draws of one chain, each (draws, ...), and how many steps diverged."""
     kernel = NUTS(potential_fn=target.potential, max_tree_depth=6)
@@ -176,7 +186,7 @@ def _chain(
 
     def hook(_kernel: Any, _at: Any, stage: str, i: int) -> None:
         if (i + 1) % every == 0:
-            tell(f"{stage.lower()} step {i + 1}")
+            notify(f"{stage.lower()} step {i + 1}")
 
     chain = MCMC(
         kernel,
@@ -232,9 +242,9 @@ def _dataset(
 
 
 def _seed(rng: np.random.Generator) -> str:
-    told: Any = rng.bit_generator.seed_seq
-    key = "".join(f"/{part}" for part in told.spawn_key)
-    return f"{told.entropy}{key}"
+    sequence: Any = rng.bit_generator.seed_seq
+    key = "".join(f"/{part}" for part in sequence.spawn_key)
+    return f"{sequence.entropy}{key}"
 
 
 def _versions() -> dict[str, str]:

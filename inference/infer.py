@@ -65,13 +65,13 @@ def infer_description(
     check_description(description, city)
     targets = tuple(target.id for target in description.targets)
     log_prior = log_priors(prior, targets, city)
-    heard = weigh((description,), city, chosen, method, log_prior, truth=truth, rng=rng)
+    factor = weigh((description,), city, chosen, method, log_prior, truth=truth, rng=rng)
     posterior = Posterior(
         city=city,
         model=chosen,
         method=method,
         log_prior=log_prior,
-        factors=(heard,),
+        factors=(factor,),
         log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
     )
     check_possible(posterior, description)
@@ -79,7 +79,7 @@ def infer_description(
         engine=method.name,
         seconds=time.perf_counter() - started,
         log_evidence=posterior.log_evidence,
-        not_located=tuple(target for target in targets if target not in heard.log_factors),
+        not_located=tuple(target for target in targets if target not in factor.log_factors),
     )
     return posterior.noted(info), info
 
@@ -137,15 +137,20 @@ def infer_batch(
             "by itself"
         )
     if chosen.shared_frames or latents_of(chosen):
-        each = [infer_description(said, city, chosen, prior=prior)[0] for said in descriptions]
+        each = [
+            infer_description(description, city, chosen, prior=prior)[0]
+            for description in descriptions
+        ]
         return tuple({target: p.belief(target) for target in p.targets} for p in each)
-    for said in descriptions:
-        if said.map and said.map != city.name:
-            raise InputError(f"A description was read on map '{said.map}'; expected '{city.name}'")
+    for description in descriptions:
+        if description.map and description.map != city.name:
+            raise InputError(
+                f"A description was read on map '{description.map}'; expected '{city.name}'"
+            )
     rows: dict[str, tuple[RelationTerm, ...]] = {}
     priors: list[NDArray[np.float64]] = []
-    for d, said in enumerate(descriptions):
-        grounded = ground_description(said, city, chosen)
+    for d, description in enumerate(descriptions):
+        grounded = ground_description(description, city, chosen)
         rows |= {f"{d}:{target}": relations for target, relations in grounded.items()}
         priors += list(log_priors(prior, tuple(grounded), city).values())
     if not rows:
@@ -158,13 +163,15 @@ def infer_batch(
             log_p = torch.logsumexp(torch.from_numpy(table), 0) + before
             found.append(torch.softmax(log_p, -1).numpy().reshape(city.grid.shape))
     beliefs = iter(found)
-    result = tuple({t.id: next(beliefs) for t in said.targets} for said in descriptions)
-    for by_target, said in zip(result, descriptions, strict=True):
+    result = tuple(
+        {t.id: next(beliefs) for t in description.targets} for description in descriptions
+    )
+    for by_target, description in zip(result, descriptions, strict=True):
         for target, belief in by_target.items():
             if not np.isfinite(belief).all():
                 raise BeliefCollapse(
                     f"What was said of '{target}' is impossible under the prior; expected some "
-                    f"cell to remain: '{said.text}'; widen the prior",
-                    observation=said,
+                    f"cell to remain: '{description.text}'; widen the prior",
+                    observation=description,
                 )
     return result

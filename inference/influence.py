@@ -21,10 +21,14 @@ class Influence:
 
     Parameters
     ----------
-    relation : the relation.
-    index : its position in ``posterior.relations(target)``.
-    bits : Kullback-Leibler divergence of the belief from the one without the relation, >= 0.
-    without : the belief had it not been said, shape (H, W).
+    relation
+        The relation.
+    index
+        Its position in ``posterior.relations(target)``.
+    bits
+        Kullback-Leibler divergence of the belief from the one without the relation, >= 0.
+    without
+        The belief had it not been said, shape (H, W).
     """
 
     relation: SpatialRelation

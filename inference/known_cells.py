@@ -39,10 +39,14 @@ class Example:
 
     Parameters
     ----------
-    description : what was said.
-    city : the map.
-    cells : target -> row (row 0 in the south) and column; targets left out teach nothing.
-    speaker : who said it; only wanted where parameters vary from speaker to speaker.
+    description
+        What was said.
+    city
+        The map.
+    cells
+        Target -> row (row 0 in the south) and column; targets left out teach nothing.
+    speaker
+        Who said it; only wanted where parameters vary from speaker to speaker.
     """
 
     description: Description
@@ -78,14 +82,18 @@ def known_cells(
 
     Parameters
     ----------
-    examples : descriptions with known cells.
-    free : what is learnt, of which model.
-    speakers : names of all speakers when parameters vary between them.
+    examples
+        Descriptions with known cells.
+    free
+        What is learnt, of which model.
+    speakers
+        Names of all speakers when parameters vary between them.
 
     Raises
     ------
-    InputError : when no example knows a cell of which something was said, a cell is not on its
-        map, or speakers are wanted and an example has none.
+    InputError
+        When no example knows a cell of which something was said, a cell is not on its map, or
+        speakers are wanted and an example has none.
     """
     known = _known(examples, free.model, speakers)
     return WordScore(known) if free.speaks else BeliefScore(known)

@@ -41,12 +41,16 @@ class Fitted:
 
     Parameters
     ----------
-    model : name of the model they are of.
-    parameters : section -> name -> value, as ``with_parameters`` takes them.
-    intervals : section -> name -> ends of a 95 % interval by Laplace's approximation; empty when
-        none were asked for, or held-out examples stopped the fit short of the maximum.
-    provenance : numbers of examples and targets, scores before and after, iterations; how far
-        each number ``moved`` from the middle of its prior, in standard deviations of the prior.
+    model
+        Name of the model they are of.
+    parameters
+        Section -> name -> value, as ``with_parameters`` takes them.
+    intervals
+        Section -> name -> ends of a 95 % interval by Laplace's approximation; empty when none were
+        asked for, or held-out examples stopped the fit short of the maximum.
+    provenance
+        Numbers of examples and targets, scores before and after, iterations; how far each number
+        ``moved`` from the middle of its prior, in standard deviations of the prior.
     """
 
     model: str
@@ -81,12 +85,13 @@ class Fitted:
 
         Raises
         ------
-        OutputError : when the file cannot be written, or does not end in .json.
+        OutputError
+            When the file cannot be written, or does not end in .json.
         """
         check_output(path, (".json",))
         with written_whole(path) as temporary:
-            told = json.dumps(self.to_json(), indent=2, allow_nan=False)
-            temporary.write_text(told + "\n", "utf-8")
+            payload = json.dumps(self.to_json(), indent=2, allow_nan=False)
+            temporary.write_text(payload + "\n", "utf-8")
 
 
 def fit(
@@ -103,16 +108,23 @@ def fit(
 
     Parameters
     ----------
-    examples : what is learnt from.
-    model : the model whose parameters are learnt, from where they stand.
-    learn : names of what is learnt: parameters that the likelihood declares, ``lapse``,
-        ``temper``, ``kappa`` and ``absolute`` (of the frames) and ``weights``; all that the model
-        has when None.
-    held_out : examples that tell when to stop: after three rounds of five iterations without a
-        better score the best parameters so far are returned; without any, no early stop.
-    iterations : at most this many of L-BFGS, > 0.
-    intervals : False to leave them out: they take two more gradients for each number learnt.
-    progress : told a line per round.
+    examples
+        What is learnt from.
+    model
+        The model whose parameters are learnt, from where they stand.
+    learn
+        Names of what is learnt: parameters that the likelihood declares, ``lapse``, ``temper``,
+        ``kappa`` and ``absolute`` (of the frames) and ``weights``; all that the model has when
+        None.
+    held_out
+        Examples that tell when to stop: after three rounds of five iterations without a better
+        score the best parameters so far are returned; without any, no early stop.
+    iterations
+        At most this many of L-BFGS, > 0.
+    intervals
+        False to leave them out: they take two more gradients for each number learnt.
+    progress
+        Called with a line per round.
 
     Returns
     -------
@@ -121,8 +133,9 @@ def fit(
 
     Raises
     ------
-    InputError : when no example knows a cell, there is nothing to learn by this name, or the
-        score is not a number.
+    InputError
+        When no example knows a cell, there is nothing to learn by this name, or the score is not a
+        number.
 
     Notes
     -----
@@ -138,7 +151,7 @@ def fit(
     free = FreeParameters(model, learn)
     known = known_cells(examples, free)
     checks = known_cells(held_out, free) if held_out else None
-    z, told = maximise(free, known, checks=checks, iterations=iterations, progress=progress)
+    z, stats = maximise(free, known, checks=checks, iterations=iterations, progress=progress)
     covariance = curvature(free, known, z) if intervals and checks is None else None
     ends = {} if covariance is None else free.intervals(z, covariance, _95_PERCENT)
     provenance = {
@@ -146,7 +159,7 @@ def fit(
         "examples": len(examples),
         "targets": known.size,
         "held_out": len(held_out),
-        **told,
+        **stats,
         "moved": {
             name: float(away) for name, away in zip(free.names, z - free.centre, strict=True)
         },

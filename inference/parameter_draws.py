@@ -32,11 +32,16 @@ class ParameterSummary:
 
     Parameters
     ----------
-    name : variable, with its component or speaker in brackets where it has one.
-    median : median of the draws.
-    low, high : ends of the central 95 %.
-    r_hat : split r-hat; above 1.01 the chains do not agree yet.
-    ess : effective number of draws.
+    name
+        Variable, with its component or speaker in brackets where it has one.
+    median
+        Median of the draws.
+    low, high
+        Ends of the central 95 %.
+    r_hat
+        Split r-hat; above 1.01 the chains do not agree yet.
+    ess
+        Effective number of draws.
     """
 
     name: str
@@ -53,14 +58,17 @@ class ParameterDraws:
 
     Parameters
     ----------
-    model : name of the model they are of.
-    dataset : one variable per parameter with dims chain and draw and the attribute ``section``;
+    model
+        Name of the model they are of.
+    dataset
+        One variable per parameter with dims chain and draw and the attribute ``section``;
         ``weights`` has the dim component too. Where parameters vary from speaker to speaker,
         ``NAME`` is the population's, ``NAME_by_speaker`` has the dim speaker, and ``NAME_spread``
-        is the standard deviation between speakers of the log of the value (its log odds, where
-        the range is finite).
-    provenance : seed, numbers of examples, targets, speakers, chains, draws and divergences, what
-        was drawn from, and versions.
+        is the standard deviation between speakers of the log of the value (its log odds, where the
+        range is finite).
+    provenance
+        Seed, numbers of examples, targets, speakers, chains, draws and divergences, what was drawn
+        from, and versions.
     """
 
     model: str
@@ -83,7 +91,8 @@ class ParameterDraws:
 
         Raises
         ------
-        UnknownName : when nothing was drawn for a speaker of this name.
+        UnknownName
+            When nothing was drawn for a speaker of this name.
         """
         if speaker not in self.speakers:
             raise UnknownName("speaker", speaker, self.speakers)
@@ -132,7 +141,8 @@ class ParameterDraws:
 
         Raises
         ------
-        InputError : when ArviZ is not installed, or is a version without InferenceData.
+        InputError
+            When ArviZ is not installed, or is a version without InferenceData.
         """
         attrs = {"inference_library": "sloop_ppl", "model": self.model}
         return import_arviz().InferenceData(posterior=self.dataset.assign_attrs(attrs))
@@ -142,10 +152,11 @@ class ParameterDraws:
 
         Raises
         ------
-        OutputError : when the file cannot be written, or does not end in .json.
+        OutputError
+            When the file cannot be written, or does not end in .json.
         """
         check_output(path, (".json",))
-        told = {
+        payload = {
             "model": self.model,
             "parameters": self.parameters,
             "speakers": {speaker: self.parameters_of(speaker) for speaker in self.speakers},
@@ -154,7 +165,7 @@ class ParameterDraws:
             "draws": self.dataset.to_dict(),
         }
         with written_whole(path) as temporary:
-            temporary.write_text(json.dumps(told, indent=1, allow_nan=False) + "\n", "utf-8")
+            temporary.write_text(json.dumps(payload, indent=1, allow_nan=False) + "\n", "utf-8")
 
     @classmethod
     def load(cls, path: str | Path) -> ParameterDraws:
@@ -162,14 +173,15 @@ class ParameterDraws:
 
         Raises
         ------
-        InputError : when the file cannot be read or holds no draws.
+        InputError
+            When the file cannot be read or holds no draws.
         """
         import xarray
 
         try:
-            told = json.loads(Path(path).read_text("utf-8"))
-            dataset = xarray.Dataset.from_dict(told["draws"])
-            return cls(str(told["model"]), dataset, told["provenance"])
+            payload = json.loads(Path(path).read_text("utf-8"))
+            dataset = xarray.Dataset.from_dict(payload["draws"])
+            return cls(str(payload["model"]), dataset, payload["provenance"])
         except OSError as error:
             raise InputError(f"Draws '{path}' cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
@@ -179,7 +191,7 @@ class ParameterDraws:
             ) from error
 
     def _medians(self, chosen: Mapping[str, str]) -> dict[str, dict[str, float]]:
-        told: dict[str, dict[str, float]] = {}
+        medians: dict[str, dict[str, float]] = {}
         for name, array in self.dataset.data_vars.items():
             section = array.attrs.get("section")
             if section is None:
@@ -190,10 +202,10 @@ class ParameterDraws:
             if section == "weights":
                 shares = (median / median.sum()).values
                 parts = map(str, array.component.values)
-                told["weights"] = dict(zip(parts, map(float, shares), strict=True))
+                medians["weights"] = dict(zip(parts, map(float, shares), strict=True))
             else:
-                told.setdefault(section, {})[str(name)] = float(median)
-        return told
+                medians.setdefault(section, {})[str(name)] = float(median)
+        return medians
 
 
 def _summed(name: str, draws: xarray.DataArray) -> ParameterSummary:

@@ -110,11 +110,11 @@ class Posterior:
     _beliefs: dict[str, Table] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
-        told = []
+        parts = []
         for target in self.targets:
             x, y = self.mode(target)
-            told.append(f"{target} near ({x:g}, {y:g}) m, {self.entropy(target):.2f} nats")
-        return f"Posterior({self.city.name!r}, {self.model.name!r}: {'; '.join(told)})"
+            parts.append(f"{target} near ({x:g}, {y:g}) m, {self.entropy(target):.2f} nats")
+        return f"Posterior({self.city.name!r}, {self.model.name!r}: {'; '.join(parts)})"
 
     @property
     def engine(self) -> str:
@@ -162,8 +162,8 @@ class Posterior:
 
         See :func:`sloop_ppl.inference.rank_models`.
         """
-        spoken = {r.relation for d in self.descriptions for r in d.relations}
-        words = (*speaker_words(), *sorted(spoken - set(speaker_words())))
+        used = {r.relation for d in self.descriptions for r in d.relations}
+        words = (*speaker_words(), *sorted(used - set(speaker_words())))
         value = self.joint.log_evidence
         return LogEvidence(value, self.model.normalisation, self.model.name, words)
 
@@ -323,8 +323,8 @@ class Posterior:
             shared = [v.name for v in factor.data.shared if isinstance(v, Latent)]
             own = [v.name for v in factor.data.own]
             names += [site_name(name, which) for name in (*shared, *own)]
-        told = set(self.joint.latents)  # nothing tells of one whose phrase no component reads
-        return tuple(name for name in names if name in told)
+        in_joint = set(self.joint.latents)  # nothing tells of one whose phrase no component reads
+        return tuple(name for name in names if name in in_joint)
 
     def latent(self, name: str) -> xarray.DataArray:
         """Return how probable each value of a declared latent is.
@@ -463,13 +463,13 @@ class Posterior:
         InputError
             When the model cannot speak.
         """
-        speaks = replace(self, model=speaker_of(self.model), method=Exact())
+        generative = replace(self, model=speaker_of(self.model), method=Exact())
         terms = {term.index: term for term in reversed(self._numbered(target))}
         found = []
         for index, relation in enumerate(self.relations(target)):
             others = without_relation(self.descriptions, target, index)
-            belief = speaks._having_heard(others, None).belief(target).reshape(-1)
-            found.append(check_phrase(relation, index, terms[index], speaks.model, belief))
+            belief = generative._having_heard(others, None).belief(target).reshape(-1)
+            found.append(check_phrase(relation, index, terms[index], generative.model, belief))
         return tuple(found)
 
     def _numbered(self, target: str) -> list[RelationTerm]:
@@ -596,12 +596,14 @@ class Posterior:
         before = {**self.log_prior, **{t: uniform[t] for t in targets if t not in self.targets}}
         known = next((f for f in self.factors if f.is_by(description.speaker)), None)
         texts = (*known.descriptions, description) if known else (description,)
-        heard = weigh(texts, self.city, self.model, self.method, before, truth=self._truth, rng=rng)
-        factors = tuple(heard if factor is known else factor for factor in self.factors)
+        weighed = weigh(
+            texts, self.city, self.model, self.method, before, truth=self._truth, rng=rng
+        )
+        factors = tuple(weighed if factor is known else factor for factor in self.factors)
         after = replace(
             self,
             log_prior=before,
-            factors=factors if known else (*factors, heard),
+            factors=factors if known else (*factors, weighed),
             log_sensed={**nothing, **self.log_sensed},
         )
         return check_possible(after, description, self)
@@ -700,10 +702,10 @@ class Posterior:
     @property
     def _truth(self) -> dict[str, tuple[float, float]]:
         """Where targets are, of a model that was told."""
-        told: dict[str, tuple[float, float]] = {}
+        truths: dict[str, tuple[float, float]] = {}
         for factor in self.factors:
-            told |= dict(zip(factor.data.targets, factor.data.truths or (), strict=False))
-        return told
+            truths |= dict(zip(factor.data.targets, factor.data.truths or (), strict=False))
+        return truths
 
     def _declared(self, name: str) -> tuple[Latent, str]:
         """Return a declared latent and its name in the joint posterior."""
@@ -736,17 +738,17 @@ class Posterior:
 
     def _component(self, target: str, which: int) -> tuple[str, DescriptionFactor]:
         """Return the component's name in the joint posterior, and the description it is of."""
-        heard = self._heard(target)
-        if not heard:
+        informative = self._heard(target)
+        if not informative:
             raise InputError(
                 f"Nothing was said of '{target}', so it has no mixture; its belief is its prior"
             )
-        if not -len(heard) <= which < len(heard):
+        if not -len(informative) <= which < len(informative):
             raise InputError(
                 f"Description {which} of '{target}' does not exist; expected 0 to "
-                f"{len(heard) - 1}, or -1 for the latest"
+                f"{len(informative) - 1}, or -1 for the latest"
             )
-        position, factor = heard[which]
+        position, factor = informative[which]
         return site_name(f"{target}/component", position), factor
 
     def _frame(self, target: str, ground: str | None, relation: int | None) -> FramePosterior:

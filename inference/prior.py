@@ -21,18 +21,22 @@ def log_priors(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, N
 
     Parameters
     ----------
-    prior : None for uniform; a name, file or function that
-        :func:`sloop_ppl.models.cell_prior` takes; an array (H, W) of weights; or a mapping of
-        target to one of these. Weights need not sum to one; a target that a mapping leaves out is
-        anywhere.
-    targets : ids of the targets.
-    city : the map.
+    prior
+        None for uniform; a name, file or function that :func:`sloop_ppl.models.cell_prior` takes;
+        an array (H, W) of weights; or a mapping of target to one of these. Weights need not sum to
+        one; a target that a mapping leaves out is anywhere.
+    targets
+        Ids of the targets.
+    city
+        The map.
 
     Raises
     ------
-    InputError : when a table has the wrong shape, a negative, NaN or infinite weight, or no
-        positive one; when a file cannot be read or is of another map.
-    UnknownName : when a mapping names a target that is not there, or there is no prior of a name.
+    InputError
+        When a table has the wrong shape, a negative, NaN or infinite weight, or no positive one;
+        when a file cannot be read or is of another map.
+    UnknownName
+        When a mapping names a target that is not there, or there is no prior of a name.
     """
     if not isinstance(prior, Mapping):
         return _for_each(prior, targets, city)
@@ -49,8 +53,8 @@ def _for_each(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, ND
     if isinstance(prior, str | Path) or callable(prior):
         weigh = cell_prior(prior)
         name = getattr(weigh, "name", prior if isinstance(prior, str | Path) else None)
-        told = "" if name is None else f" ('{name}')"
-        return {t: _checked(weigh(city, t), f"{t}{told}", city.grid) for t in targets}
+        label = "" if name is None else f" ('{name}')"
+        return {t: _checked(weigh(city, t), f"{t}{label}", city.grid) for t in targets}
     whose = targets[0] if len(targets) == 1 else "all targets"
     return dict.fromkeys(targets, _checked(prior, whose, city.grid))
 

@@ -120,7 +120,10 @@ def to_dataset(
             "engine": parts.method.name,
             "log_evidence": log_evidence,
             "descriptions": json.dumps(
-                [[asdict(said) for said in factor.descriptions] for factor in parts.factors]
+                [
+                    [asdict(description) for description in factor.descriptions]
+                    for factor in parts.factors
+                ]
             ),
             "truths": json.dumps([f.data.truths for f in parts.factors]),
             "map_geojson": json.dumps(to_geojson(parts.city)),
@@ -187,8 +190,8 @@ def load_parts(path: str | Path) -> StoredPosterior:
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
     except (InputError, TypeError, ValueError, LookupError, AttributeError) as error:
-        said = " ".join(str(error).split())
-        raise InputError(f"Posterior '{path}' cannot be read: {said}") from error
+        message = " ".join(str(error).split())
+        raise InputError(f"Posterior '{path}' cannot be read: {message}") from error
 
 
 def _texts(written: Any) -> list[str]:
@@ -197,8 +200,8 @@ def _texts(written: Any) -> list[str]:
         known = json.loads(written)
     except (TypeError, ValueError):
         return []
-    said = [d for d in known if isinstance(d, dict)] if isinstance(known, list) else []
-    return [str(d.get("text", "")) for d in said]
+    records = [d for d in known if isinstance(d, dict)] if isinstance(known, list) else []
+    return [str(d.get("text", "")) for d in records]
 
 
 def _check_sections(found: Any) -> None:
@@ -223,8 +226,8 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
         )
     factors = []
     truths = json.loads(data.attrs["truths"])
-    for d, told in enumerate(json.loads(data.attrs["descriptions"])):
-        descriptions = tuple(map(_description, told))
+    for d, records in enumerate(json.loads(data.attrs["descriptions"])):
+        descriptions = tuple(map(_description, records))
         grounded = ground_description(descriptions, city, model)
         ground = program_data(grounded, city, model, truths=truths[d])
         sizes = [len(latent.support) for latent in ground.shared]

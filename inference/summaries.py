@@ -33,9 +33,12 @@ class Place:
 
     Parameters
     ----------
-    p : probability of the part.
-    cells : how many cells it has.
-    mode_m : its most probable cell's centre, metres.
+    p
+        Probability of the part.
+    cells
+        How many cells it has.
+    mode_m
+        Its most probable cell's centre, metres.
     """
 
     p: float
@@ -90,9 +93,12 @@ def probability_in(belief: Belief, grid: Grid, polygon: Any) -> float:
 
     Parameters
     ----------
-    belief : probability of each cell, shape (H, W).
-    grid : the cells.
-    polygon : shapely Polygon or MultiPolygon in metres from the map's centre.
+    belief
+        Probability of each cell, shape (H, W).
+    grid
+        The cells.
+    polygon
+        Shapely Polygon or MultiPolygon in metres from the map's centre.
 
     Returns
     -------
@@ -101,7 +107,8 @@ def probability_in(belief: Belief, grid: Grid, polygon: Any) -> float:
 
     Raises
     ------
-    InputError : when it is no polygon, is empty, or crosses itself.
+    InputError
+        When it is no polygon, is empty, or crosses itself.
     """
     kind = getattr(polygon, "geom_type", type(polygon).__name__)
     if kind not in ("Polygon", "MultiPolygon"):

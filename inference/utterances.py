@@ -32,14 +32,22 @@ def utterances_about(
 
     Parameters
     ----------
-    target : the object, or its id.
-    belief : where it is believed to be, shape (H, W).
-    city : the map.
-    n : how many, > 0.
-    rng : where places and words are drawn from; each description has a stream of its own.
-    speaker : a model's name, or a Preset, as a speaker; see `sloop_ppl.models.speaker_of`.
-    phrases : phrases of each: a number, or the least and the most.
-    grounds : ids of the landmarks that may be spoken of; those with a name when None.
+    target
+        The object, or its id.
+    belief
+        Where it is believed to be, shape (H, W).
+    city
+        The map.
+    n
+        How many, > 0.
+    rng
+        Where places and words are drawn from; each description has a stream of its own.
+    speaker
+        A model's name, or a Preset, as a speaker; see `sloop_ppl.models.speaker_of`.
+    phrases
+        Phrases of each: a number, or the least and the most.
+    grounds
+        Ids of the landmarks that may be spoken of; those with a name when None.
 
     Returns
     -------
@@ -48,7 +56,8 @@ def utterances_about(
 
     Raises
     ------
-    InputError : when `n` is not positive, or the speaker cannot be run forward.
+    InputError
+        When `n` is not positive, or the speaker cannot be run forward.
 
     Notes
     -----

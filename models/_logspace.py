@@ -40,9 +40,12 @@ def log_blur(log_p: Tensor, grid: Grid, sigma_m: float) -> Tensor:
 
     Parameters
     ----------
-    log_p : log weights of the described cell, shape (..., S).
-    grid : the cells.
-    sigma_m : standard deviation of the error in each direction, metres, > 0.
+    log_p
+        Log weights of the described cell, shape (..., S).
+    grid
+        The cells.
+    sigma_m
+        Standard deviation of the error in each direction, metres, > 0.
 
     Returns
     -------
@@ -70,8 +73,10 @@ def look_up(table: Tensor, index: Sequence[Tensor]) -> Tensor:
 
     Parameters
     ----------
-    table : any table.
-    index : whole numbers, one tensor for each axis of the table.
+    table
+        Any table.
+    index
+        Whole numbers, one tensor for each axis of the table.
 
     Returns
     -------

@@ -25,7 +25,8 @@ def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
 
     Raises
     ------
-    InputError : when it does not exist or is no netCDF.
+    InputError
+        When it does not exist or is no netCDF.
     """
     if not Path(path).is_file():
         raise InputError(f"{what} '{path}' cannot be read: no such file")
@@ -44,11 +45,14 @@ class FileCells:
 
     Parameters
     ----------
-    name : what to call it in messages.
-    belief : weights, dims (y, x), or (target, y, x) with the targets' ids; y from the south. Where
-        it has coordinates x and y they are cell centres in metres, and are checked. A target it
-        does not hold is anywhere.
-    map_name, map_digest : name and digest of the map it was made on, checked when there is one.
+    name
+        What to call it in messages.
+    belief
+        Weights, dims (y, x), or (target, y, x) with the targets' ids; y from the south. Where it
+        has coordinates x and y they are cell centres in metres, and are checked. A target it does
+        not hold is anywhere.
+    map_name, map_digest
+        Name and digest of the map it was made on, checked when there is one.
     """
 
     name: str
@@ -62,7 +66,8 @@ class FileCells:
 
         Raises
         ------
-        InputError : when it cannot be read, or has no such variable of these dims.
+        InputError
+            When it cannot be read, or has no such variable of these dims.
         """
         data = read_netcdf(path, "Prior")
         if "belief" not in data:
@@ -87,7 +92,8 @@ class FileCells:
 
         Raises
         ------
-        InputError : when the file was made on another map or other cells.
+        InputError
+            When the file was made on another map or other cells.
         """
         if self.map_digest is not None and self.map_digest != city.digest:
             raise InputError(

@@ -57,9 +57,11 @@ class Sense:
 
     Parameters
     ----------
-    shape : distance is that to the cells it touches, direction that from its centroid, metres.
-    grounds : when given, distance is that to the farthest of these grounds instead: a place is as
-        near to a corner as it is to the street that is farther away.
+    shape
+        Distance is that to the cells it touches, direction that from its centroid, metres.
+    grounds
+        When given, distance is that to the farthest of these grounds instead: a place is as near to
+        a corner as it is to the street that is farther away.
     """
 
     shape: BaseGeometry
@@ -161,7 +163,8 @@ def between_region(shapes: Sequence[BaseGeometry]) -> BaseGeometry:
 
     Parameters
     ----------
-    shapes : footprints of the grounds, at least two, metres.
+    shapes
+        Footprints of the grounds, at least two, metres.
 
     Returns
     -------
@@ -202,9 +205,12 @@ def along_region(shape: BaseGeometry, width_m: float | None, is_line: bool) -> B
 
     Parameters
     ----------
-    shape : line, or footprint of something else, metres.
-    width_m : width of a line, metres; what is narrower than 5 m on a drawing counts as 5 m.
-    is_line : tell a street from an area.
+    shape
+        Line, or footprint of something else, metres.
+    width_m
+        Width of a line, metres; what is narrower than 5 m on a drawing counts as 5 m.
+    is_line
+        Tell a street from an area.
     """
     if is_line:
         return shape.buffer(max(width_m or 0.0, _LEAST_WIDTH_M) / 2 + BESIDE_M)
@@ -216,9 +222,12 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
 
     Parameters
     ----------
-    city : the map.
-    ground : id of what one is across from.
-    street : id of the street one crosses; the one the ground fronts when None.
+    city
+        The map.
+    ground
+        Id of what one is across from.
+    street
+        Id of the street one crosses; the one the ground fronts when None.
 
     Returns
     -------
@@ -310,8 +319,10 @@ def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    city : the map.
-    ground : id of the landmark.
+    city
+        The map.
+    ground
+        Id of the landmark.
     """
     return distance_from(city.grid, lambda grid: _on(city, grid).fields(ground))
 
@@ -321,8 +332,10 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
 
     Parameters
     ----------
-    shape : shapely geometry, metres; it takes the cells it touches.
-    grid : the cells.
+    shape
+        Shapely geometry, metres; it takes the cells it touches.
+    grid
+        The cells.
     """
     west, south, east, north = shape.bounds
     centre = shape.centroid
@@ -343,8 +356,10 @@ def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> ND
 
     Parameters
     ----------
-    grid : the cells.
-    fields_on : returns the fields of the thing on a grid.
+    grid
+        The cells.
+    fields_on
+        Returns the fields of the thing on a grid.
 
     Notes
     -----

@@ -26,10 +26,14 @@ class WordWeights:
 
     Parameters
     ----------
-    still : log g of the words that need no frame, shape (V1, S).
-    turned : log g of the words that do, shape (V2, B, S).
-    at : per word, its position in `still`, or in `turned` counted on from there.
-    log_total : log of the sum over words, shape (B, S).
+    still
+        Log g of the words that need no frame, shape (V1, S).
+    turned
+        Log g of the words that do, shape (V2, B, S).
+    at
+        Per word, its position in `still`, or in `turned` counted on from there.
+    log_total
+        Log of the sum over words, shape (B, S).
     """
 
     still: Tensor
@@ -76,7 +80,8 @@ class WordWeights:
 
         Parameters
         ----------
-        words : index of the word chosen at each cell, shape (S,).
+        words
+            Index of the word chosen at each cell, shape (S,).
         """
         at = torch.from_numpy(np.array(self.at)[words])
         plain = self.still.gather(0, at.clamp_max(len(self.still) - 1)[None])
@@ -90,9 +95,11 @@ def front_masses(frame: FrameDistribution, count: int) -> tuple[Tensor, Tensor]:
 
     Parameters
     ----------
-    frame : which way the ground faces; gradients flow into the concentrations of its parts, each
-        a number or one number per cell, shape (S,).
-    count : number of fronts that stand for what is spread, > 0; see `FrameDistribution.bins`.
+    frame
+        Which way the ground faces; gradients flow into the concentrations of its parts, each a
+        number or one number per cell, shape (S,).
+    count
+        Number of fronts that stand for what is spread, > 0; see `FrameDistribution.bins`.
 
     Returns
     -------

@@ -59,8 +59,10 @@ class CellPrior(Protocol):
 
         Parameters
         ----------
-        city : the map.
-        target : id of the target.
+        city
+            The map.
+        target
+            Id of the target.
 
         Returns
         -------
@@ -88,12 +90,15 @@ class CellsOfKinds:
 
     Parameters
     ----------
-    kinds : kinds of landmark, such as ``"street"``.
-    share : probability that the target is on one of their cells, in (0, 1).
+    kinds
+        Kinds of landmark, such as ``"street"``.
+    share
+        Probability that the target is on one of their cells, in (0, 1).
 
     Raises
     ------
-    InputError : when the share is not a probability strictly between 0 and 1.
+    InputError
+        When the share is not a probability strictly between 0 and 1.
 
     Notes
     -----
@@ -125,14 +130,18 @@ class LearntCells:
 
     Parameters
     ----------
-    counts : known places by feature of their cell, one per `FEATURES`, >= 0.
-    shares : share of the maps' cells that have the feature, one per `FEATURES`, summing to one.
-    strength : how many places the Dirichlet prior counts for, > 0; its mean are the shares, so
-        that without places the prior over cells is uniform.
+    counts
+        Known places by feature of their cell, one per `FEATURES`, >= 0.
+    shares
+        Share of the maps' cells that have the feature, one per `FEATURES`, summing to one.
+    strength
+        How many places the Dirichlet prior counts for, > 0; its mean are the shares, so that
+        without places the prior over cells is uniform.
 
     Raises
     ------
-    InputError : when the numbers are not as said.
+    InputError
+        When the numbers are not as said.
 
     Notes
     -----
@@ -177,16 +186,17 @@ class LearntCells:
 
         Raises
         ------
-        OutputError : when the path does not end in ``.json`` or cannot be written.
+        OutputError
+            When the path does not end in ``.json`` or cannot be written.
         """
-        told = {
+        payload = {
             "kind": _KIND,
             "counts": dict(zip(FEATURES, self.counts, strict=True)),
             "shares": dict(zip(FEATURES, self.shares, strict=True)),
             "strength": self.strength,
         }
         with written_whole(check_output(path, (".json",))) as temporary:
-            temporary.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+            temporary.write_text(json.dumps(payload, indent=2) + "\n", encoding="utf-8")
 
     @staticmethod
     def load(path: str | Path) -> LearntCells:
@@ -194,25 +204,27 @@ class LearntCells:
 
         Raises
         ------
-        InputError : when the file cannot be read or is something else.
-        UnknownName : for a feature there is none of.
+        InputError
+            When the file cannot be read or is something else.
+        UnknownName
+            For a feature there is none of.
         """
         try:
-            told: Any = json.loads(Path(path).read_text(encoding="utf-8"))
+            payload: Any = json.loads(Path(path).read_text(encoding="utf-8"))
         except OSError as error:
             raise InputError(f"Prior '{path}' cannot be read: {error.strerror}") from error
         except ValueError as error:  # JSONDecodeError, UnicodeDecodeError
             raise InputError(f"Prior '{path}' is no JSON: {error}") from error
-        if not isinstance(told, Mapping) or told.get("kind") != _KIND:
+        if not isinstance(payload, Mapping) or payload.get("kind") != _KIND:
             raise InputError(
                 f"Prior '{path}' is no prior over cells; expected a file that LearntCells.save "
                 "wrote"
             )
         try:
             return LearntCells(
-                tuple(int(n) for n in _by_feature(told["counts"])),
-                tuple(float(a) for a in _by_feature(told["shares"])),
-                float(told["strength"]),
+                tuple(int(n) for n in _by_feature(payload["counts"])),
+                tuple(float(a) for a in _by_feature(payload["shares"])),
+                float(payload["strength"]),
             )
         except UnknownName:
             raise
@@ -229,13 +241,17 @@ def learn_cells(
 
     Parameters
     ----------
-    places : a map and a place (x, y) in metres on it, for each known target.
-    strength : how many places the Dirichlet prior counts for, > 0.
+    places
+        A map and a place (x, y) in metres on it, for each known target.
+    strength
+        How many places the Dirichlet prior counts for, > 0.
 
     Raises
     ------
-    InputError : when there is no place.
-    OutsideMap : when one lies outside its map.
+    InputError
+        When there is no place.
+    OutsideMap
+        When one lies outside its map.
     """
     counts = np.zeros(len(FEATURES), dtype=int)
     shares = np.zeros(len(FEATURES))
@@ -266,14 +282,17 @@ def cell_prior(spec: Any) -> CellPrior:
 
     Parameters
     ----------
-    spec : a name in `CELL_PRIORS`; a path to a ``.nc`` file (see
+    spec
+        A name in `CELL_PRIORS`; a path to a ``.nc`` file (see
         :class:`sloop_ppl.models._netcdf.FileCells`) or a ``.json`` file (see `LearntCells`); or a
         `CellPrior`, returned as it is.
 
     Raises
     ------
-    UnknownName : for another name; it lists those there are.
-    InputError : when a file cannot be read, or for something else.
+    UnknownName
+        For another name; it lists those there are.
+    InputError
+        When a file cannot be read, or for something else.
 
     Examples
     --------
@@ -317,11 +336,11 @@ def _cells_of(city: CityMap, kinds: tuple[str, ...]) -> NDArray[np.bool_]:
     return city.derived(f"cells of {' '.join(kinds)}", touched)
 
 
-def _by_feature(told: Mapping[str, Any]) -> list[Any]:
-    for name in told:
+def _by_feature(payload: Mapping[str, Any]) -> list[Any]:
+    for name in payload:
         if name not in FEATURES:
             raise UnknownName("feature of cells", str(name), FEATURES)
-    return [told[feature] for feature in FEATURES]
+    return [payload[feature] for feature in FEATURES]
 
 
 _PATHS = tuple(sorted(PATH_KINDS))

@@ -54,16 +54,20 @@ def check_likelihood(likelihood: RelationLikelihood, skip: Sequence[str] = ()) -
 
     Parameters
     ----------
-    likelihood : anything with ``log_g(term, direction_rad)``; a latent that it declares is tried
-        at the first of its values.
-    skip : promises it does not make: ``"tables"``, ``"gradients"``, ``"rotation"``, ``"cells"`` or
+    likelihood
+        Anything with ``log_g(term, direction_rad)``; a latent that it declares is tried at the
+        first of its values.
+    skip
+        Promises it does not make: ``"tables"``, ``"gradients"``, ``"rotation"``, ``"cells"`` or
         ``"marginal"``. One that is absolute by intention, such as one seen from where a speaker
         stands, does not turn with the map: ``skip=("rotation",)``.
 
     Raises
     ------
-    UnknownName : for a promise there is none of.
-    InputError : on the first fault; it names the relation, what was found and what was expected.
+    UnknownName
+        For a promise there is none of.
+    InputError
+        On the first fault; it names the relation, what was found and what was expected.
 
     Examples
     --------
@@ -86,13 +90,17 @@ def check_table(log_g: object, expected: tuple[int, ...], what: str) -> Tensor:
 
     Parameters
     ----------
-    log_g : what was returned.
-    expected : its shape: (B directions, S cells) or (S cells,).
-    what : whose it is, for the message.
+    log_g
+        What was returned.
+    expected
+        Its shape: (B directions, S cells) or (S cells,).
+    what
+        Whose it is, for the message.
 
     Raises
     ------
-    InputError : for another type, dtype or shape, NaN, infinity, or a positive log.
+    InputError
+        For another type, dtype or shape, NaN, infinity, or a positive log.
     """
     if not isinstance(log_g, Tensor):
         raise InputError(f"{what} is a {type(log_g).__name__}; expected a torch.Tensor")
@@ -135,13 +143,13 @@ class _Case:
 
     def table_at(self, likelihood: RelationLikelihood, cells: NDArray[np.intp]) -> Tensor:
         """Return log g at some cells, checked."""
-        told = f"{self.told} at {len(cells)} of its cells (RelationTerm.at)"
-        return self._table(likelihood, self.term.at(cells), told)
+        label = f"{self.told} at {len(cells)} of its cells (RelationTerm.at)"
+        return self._table(likelihood, self.term.at(cells), label)
 
-    def _table(self, likelihood: RelationLikelihood, term: RelationTerm, told: str) -> Tensor:
+    def _table(self, likelihood: RelationLikelihood, term: RelationTerm, label: str) -> Tensor:
         cells = (term.n_cells,)
         expected = cells if self.directions is None else (len(self.directions), *cells)
-        what = f"log_g of {_name(likelihood)} for {told}"
+        what = f"log_g of {_name(likelihood)} for {label}"
         return check_table(likelihood.log_g(term, self.directions), expected, what)
 
 
@@ -178,9 +186,9 @@ def _cases(
     for relation_class, words in words_by_class().items():
         word = relation_class if relation_class in words else words[0]
         for ground in ("House", "MainSt", "Pole"):
-            for said_m in (None, 25.0) if relation_class == "proximity" else (None,):
-                spoken = SpatialRelation("Figure", word, (ground,), distance_m=said_m)
-                (term,) = ground_relations((spoken,), city)
+            for distance_m in (None, 25.0) if relation_class == "proximity" else (None,):
+                relation = SpatialRelation("Figure", word, (ground,), distance_m=distance_m)
+                (term,) = ground_relations((relation,), city)
                 for latent in latents:
                     if latent.is_about(term):
                         term = latent.meant(term, latent.support[0])
@@ -302,8 +310,8 @@ def _check_marginal(likelihood: RelationLikelihood) -> None:
         g = likelihood.log_g(term, fronts + term.offset_rad).exp()
         change = (g - g.roll(1, 0)).abs()
         jumps = torch.where(change > _JUMP, change, 0.0).sum(0)
-        for told, frame in _FRAMES.items():
-            what = f"log_marginal of {_name(likelihood)} for {case.told} under {told}"
+        for frame_label, frame in _FRAMES.items():
+            what = f"log_marginal of {_name(likelihood)} for {case.told} under {frame_label}"
             table = check_table(likelihood.log_marginal(term, frame), (term.n_cells,), what).exp()
             expected, densest = _by_quadrature(likelihood, term, frame, fronts, g)
             # Where g jumps with direction, a sum over steps can be off by a step's mass.

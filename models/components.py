@@ -30,16 +30,23 @@ class Component:
 
     Parameters
     ----------
-    name : what it is called in results.
-    weight : prior probability, > 0; weights are normalised over the components that apply.
-    combine : how the phrases combine, a name in `COMBINATIONS`.
-    keep_frames : False to leave front, behind, left and right out.
-    read_as : a relation every phrase is read as, such as ``"near"``; None to keep what was said.
-    cut : True to cut cells below uniform, as the published code does.
+    name
+        What it is called in results.
+    weight
+        Prior probability, > 0; weights are normalised over the components that apply.
+    combine
+        How the phrases combine, a name in `COMBINATIONS`.
+    keep_frames
+        False to leave front, behind, left and right out.
+    read_as
+        A relation every phrase is read as, such as ``"near"``; None to keep what was said.
+    cut
+        True to cut cells below uniform, as the published code does.
 
     Raises
     ------
-    InputError : when the weight is not a positive number.
+    InputError
+        When the weight is not a positive number.
 
     Notes
     -----
@@ -133,7 +140,8 @@ def cut_below_uniform(log_p: Tensor) -> Tensor:
 
     Parameters
     ----------
-    log_p : log probabilities over cells, shape (S,).
+    log_p
+        Log probabilities over cells, shape (S,).
 
     Notes
     -----

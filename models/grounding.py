@@ -261,10 +261,10 @@ class ProgramData:
         shape = (-1, *(1,) * (len(self.shared) + 1))
         return tuple(
             torch.tensor(
-                [max(_count(part.terms_it_reads(said)), 1) for part in self.model.components],
+                [max(_count(part.terms_it_reads(phrases)), 1) for part in self.model.components],
                 dtype=torch.float64,
             ).reshape(shape)
-            for said in self.relations
+            for phrases in self.relations
         )
 
     @cached_property
@@ -309,16 +309,16 @@ class ProgramData:
         """
         if len(meant) == 1:
             return
-        said = f"'{relation.relation} {relation.ground}'"
+        phrase = f"'{relation.relation} {relation.ground}'"
         if any(one.negated != relation.negated for one in meant):
             raise InputError(
-                f"A latent changes whether {said} is denied; expected it to leave `negated` alone"
+                f"A latent changes whether {phrase} is denied; expected it to leave `negated` alone"
             )
         shared = {v.ground for v in self.shared if isinstance(v, SharedFrame)}
         grounds = {one.ground for one in meant}
         if has_frame and len(grounds) > 1 and shared & (grounds | {relation.ground}):
             raise InputError(
-                f"A latent changes the ground of {said}, whose frame phrases share; use a model "
+                f"A latent changes the ground of {phrase}, whose frame phrases share; use a model "
                 "without shared frames"
             )
 
@@ -549,9 +549,9 @@ def program_data(
         size = city.grid.size
         log_prior = torch.full((len(targets), size), -math.log(size), dtype=torch.float64)
     relations = tuple(grounded.values())
-    every = [relation for said in relations for relation in said]
+    every = [relation for phrases in relations for relation in phrases]
     frames = _shared_frames(every, model)
-    placed = [(t, j, r) for t, said in grounded.items() for j, r in enumerate(said)]
+    placed = [(t, j, r) for t, phrases in grounded.items() for j, r in enumerate(phrases)]
     latents = tuple(one for latent in latents_of(model) for one in latent.each(placed))
     declared = tuple(
         latent for latent in latents if sum(latent.is_about(relation) for relation in every) != 1

@@ -33,10 +33,14 @@ class GuardedLikelihood:
 
     Parameters
     ----------
-    inner : the user's likelihood.
-    name : what to call it in messages.
-    path : the file it stands in, to name the line that failed; None when there is none.
-    spec : ``FILE.py:NAME`` by which `load_model` finds it again; empty when it came otherwise.
+    inner
+        The user's likelihood.
+    name
+        What to call it in messages.
+    path
+        The file it stands in, to name the line that failed; None when there is none.
+    spec
+        ``FILE.py:NAME`` by which `load_model` finds it again; empty when it came otherwise.
     """
 
     inner: RelationLikelihood
@@ -68,7 +72,8 @@ class GuardedLikelihood:
 
         Raises
         ------
-        InputError : when the user's code fails or returns no table of log probabilities.
+        InputError
+            When the user's code fails or returns no table of log probabilities.
         """
         cells = (term.n_cells,)
         shape = cells if direction_rad is None else (len(direction_rad), *cells)
@@ -118,13 +123,17 @@ def guarded(
 
     Parameters
     ----------
-    likelihood : the user's likelihood.
-    name, path : what to call it, and the file it stands in; its type's when None.
-    spec : how it is found again; see `GuardedLikelihood`.
+    likelihood
+        The user's likelihood.
+    name, path
+        What to call it, and the file it stands in; its type's when None.
+    spec
+        How it is found again; see `GuardedLikelihood`.
 
     Raises
     ------
-    InputError : when it has no method ``log_g``.
+    InputError
+        When it has no method ``log_g``.
     """
     kind = type(likelihood)
     if not callable(getattr(likelihood, "log_g", None)):

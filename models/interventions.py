@@ -35,15 +35,19 @@ def intervene(model: Preset, do: Mapping[str, Any] | None) -> Preset:
 
     Parameters
     ----------
-    model : the observation model.
-    do : ``{"frame": front}`` sets the front of every ground, ``{"frame": {ground: front}}`` of
-        some, in radians anticlockwise from east; ``{"component": name}`` sets the component.
-        None changes nothing.
+    model
+        The observation model.
+    do
+        ``{"frame": front}`` sets the front of every ground, ``{"frame": {ground: front}}`` of some,
+        in radians anticlockwise from east; ``{"component": name}`` sets the component. None changes
+        nothing.
 
     Raises
     ------
-    UnknownName : for another key, or a component the model has not.
-    InputError : for a front that is not a finite number.
+    UnknownName
+        For another key, or a component the model has not.
+    InputError
+        For a front that is not a finite number.
     """
     for key, value in (do or {}).items():
         if key == "component":

@@ -157,10 +157,10 @@ class Latent:
             raise
         except Exception as error:
             relation = arguments[0]
-            said = " ".join(f"{type(error).__name__}: {error}".split())
+            message = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(
                 f"`{what}` of latent '{self.name}' fails for '{relation.relation} "
-                f"{relation.ground}': {said}"
+                f"{relation.ground}': {message}"
             ) from error
 
     def each(self, relations: Sequence[tuple[str, int, RelationTerm]]) -> tuple[Latent, ...]:

@@ -35,12 +35,14 @@ def parts_of(model: Preset) -> dict[str, Any]:
 
     Parameters
     ----------
-    model : a model whose likelihood, frame prior and frame predictor are registered ones with
-        other numbers, or one that is itself registered under its name.
+    model
+        A model whose likelihood, frame prior and frame predictor are registered ones with other
+        numbers, or one that is itself registered under its name.
 
     Raises
     ------
-    InputError : when some part of it is neither; it names the part.
+    InputError
+        When some part of it is neither; it names the part.
 
     Examples
     --------
@@ -68,13 +70,15 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
 
     Parameters
     ----------
-    parts : what `parts_of` gave; only ``name`` and ``variant`` for a model registered as a whole.
+    parts
+        What `parts_of` gave; only ``name`` and ``variant`` for a model registered as a whole.
 
     Raises
     ------
-    UnknownName : for a part, parameter or registered name there is none of; it lists those there
-        are.
-    InputError : for a value out of its range, or something missing.
+    UnknownName
+        For a part, parameter or registered name there is none of; it lists those there are.
+    InputError
+        For a value out of its range, or something missing.
     """
     if set(parts) == {"name", "variant"}:
         return preset(str(parts["name"]), str(parts["variant"]))
@@ -107,12 +111,12 @@ def _latent_parts(model: Preset) -> list[dict[str, Any]] | str:
     )
 
 
-def _latents(told: Sequence[Mapping[str, Any]] | str) -> tuple[Latent, ...]:
-    if isinstance(told, str):
-        return load_model(told).latents
+def _latents(payload: Sequence[Mapping[str, Any]] | str) -> tuple[Latent, ...]:
+    if isinstance(payload, str):
+        return load_model(payload).latents
     return tuple(
         Latent(one["name"], tuple(one["support"]), tuple(one["prior"]), per=one["per"])
-        for one in told
+        for one in payload
     )
 
 
@@ -177,9 +181,9 @@ def _registered(registry: Registry[Any], same: Any, kind: str, model: Preset) ->
     )
 
 
-def _component(told: Mapping[str, Any]) -> Component:
-    _check_names("part of a component", told, tuple(field.name for field in fields(Component)))
-    return replace(Component(**told), combine=_known(COMBINATIONS, told["combine"]))
+def _component(record: Mapping[str, Any]) -> Component:
+    _check_names("part of a component", record, tuple(field.name for field in fields(Component)))
+    return replace(Component(**record), combine=_known(COMBINATIONS, record["combine"]))
 
 
 def _known(registry: Registry[Any], name: str) -> str:
@@ -187,10 +191,12 @@ def _known(registry: Registry[Any], name: str) -> str:
     return name
 
 
-def _frame_prior(told: Mapping[str, Any]) -> FramePrior:
-    entry: Any = FRAME_PRIORS[told["name"]]
-    _check_names(f"number of frame prior {told['name']}", told["numbers"], tuple(_numbers(entry)))
-    predictor = None if told["predictor"] is None else FRAME_PREDICTORS[told["predictor"]]
+def _frame_prior(record: Mapping[str, Any]) -> FramePrior:
+    entry: Any = FRAME_PRIORS[record["name"]]
+    _check_names(
+        f"number of frame prior {record['name']}", record["numbers"], tuple(_numbers(entry))
+    )
+    predictor = None if record["predictor"] is None else FRAME_PREDICTORS[record["predictor"]]
     made: FramePrior = _changed(entry, {}, predictor)
     return made
 
@@ -207,10 +213,10 @@ def _changed(prior: Any, numbers: Mapping[str, float], predictor: Any) -> Any:
     return replace(prior, **changes) if changes else prior
 
 
-def _check_names(kind: str, told: Mapping[str, Any], expected: tuple[str, ...]) -> None:
-    for name in told:
+def _check_names(kind: str, record: Mapping[str, Any], expected: tuple[str, ...]) -> None:
+    for name in record:
         if name not in expected:
             raise UnknownName(kind, str(name), expected)
-    lacking = [name for name in expected if name not in told]
+    lacking = [name for name in expected if name not in record]
     if lacking:
         raise InputError(f"A {kind} is missing: {', '.join(lacking)}; save it again")

@@ -29,36 +29,53 @@ class Preset:
 
     Parameters
     ----------
-    name : what it is called.
-    components : the mixture's components, at least one.
-    likelihood : how true a relation is of each cell.
-    frame_prior : what is believed about which way a ground faces.
-    normalisation : ``"map"`` divides each component by its sum over the map, as the paper's
-        mixture does; ``"truth"`` leaves the raw probability that the phrases are true;
-        ``"speaker"`` divides by what else could have been said of the ground there.
-    lapse : probability that a phrase is wrong and says nothing, in [0, 1).
-    temper : how far to temper a component of L phrases, in [0, 1]: its log likelihood is divided
-        by L to this power. 0 multiplies the phrases as if they were independent.
-    error_m : standard deviation of an error that all phrases of a description share: the speaker
+    name
+        What it is called.
+    components
+        The mixture's components, at least one.
+    likelihood
+        How true a relation is of each cell.
+    frame_prior
+        What is believed about which way a ground faces.
+    normalisation
+        ``"map"`` divides each component by its sum over the map, as the paper's mixture does;
+        ``"truth"`` leaves the raw probability that the phrases are true; ``"speaker"`` divides by
+        what else could have been said of the ground there.
+    lapse
+        Probability that a phrase is wrong and says nothing, in [0, 1).
+    temper
+        How far to temper a component of L phrases, in [0, 1]: its log likelihood is divided by L to
+        this power. 0 multiplies the phrases as if they were independent.
+    error_m
+        Standard deviation of an error that all phrases of a description share: the speaker
         describes a place this far from the true one in each direction, metres, >= 0.
-    joint_grounds : True to give a relation to several grounds its own meaning; False to read it
-        as one relation per ground, as the published code does.
-    heed_distance : True to read a said distance ("about 50 feet west of"); False to ignore it, as
-        the published code does.
-    denial : how far a denied phrase is believed, in [0, 1]: under ``"map"`` normalisation "not near
-        the bank" has 1 - denial g / max g, so that 1 rules out the place where g is greatest.
-    unreliable : probability that nothing a speaker says means anything: all of one speaker's
-        phrases, of all targets, lapse together; in [0, 1).
-    shared_frames : True when one speaker keeps one frame per ground: phrases about the same
-        ground, of any target of the description, share its front.
-    informed_sigma_m : width of a Gaussian around the true place that takes the language's part,
-        metres; None for a model that listens.
-    variant : one of `VARIANTS`.
-    latents : further latents that its program draws; see :class:`sloop_ppl.models.Latent`.
+    joint_grounds
+        True to give a relation to several grounds its own meaning; False to read it as one relation
+        per ground, as the published code does.
+    heed_distance
+        True to read a said distance ("about 50 feet west of"); False to ignore it, as the published
+        code does.
+    denial
+        How far a denied phrase is believed, in [0, 1]: under ``"map"`` normalisation "not near the
+        bank" has 1 - denial g / max g, so that 1 rules out the place where g is greatest.
+    unreliable
+        Probability that nothing a speaker says means anything: all of one speaker's phrases, of all
+        targets, lapse together; in [0, 1).
+    shared_frames
+        True when one speaker keeps one frame per ground: phrases about the same ground, of any
+        target of the description, share its front.
+    informed_sigma_m
+        Width of a Gaussian around the true place that takes the language's part, metres; None for a
+        model that listens.
+    variant
+        One of `VARIANTS`.
+    latents
+        Further latents that its program draws; see :class:`sloop_ppl.models.Latent`.
 
     Raises
     ------
-    InputError : when there is no component, or a number is out of its range.
+    InputError
+        When there is no component, or a number is out of its range.
     """
 
     name: str
@@ -140,16 +157,19 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
 
     Parameters
     ----------
-    name : a name in `PRESETS`, or a Preset, which is returned as it is, except that what a
-        likelihood from outside this package returns is checked at every call.
-    variant : ``"published"`` for the authors' code; ``"paper"`` for the paper's text: \|u.v\|,
-        directions from the nearest cell, at .05 and near .1, no cut. Only the ``sloop*`` models
-        have the two.
+    name
+        A name in `PRESETS`, or a Preset, which is returned as it is, except that what a likelihood
+        from outside this package returns is checked at every call.
+    variant
+        ``"published"`` for the authors' code; ``"paper"`` for the paper's text: \|u.v\|, directions
+        from the nearest cell, at .05 and near .1, no cut. Only the ``sloop*`` models have the two.
 
     Raises
     ------
-    UnknownName : when there is no such model or variant.
-    InputError : when it is neither a name nor a Preset, or has no such variant.
+    UnknownName
+        When there is no such model or variant.
+    InputError
+        When it is neither a name nor a Preset, or has no such variant.
 
     Examples
     --------

@@ -109,11 +109,16 @@ class Latents:
 
     Parameters
     ----------
-    place_m : centre of its cell, (x, y) metres.
-    cell : row (row 0 in the south) and column.
-    component : name of the speaker's component.
-    fronts_rad : per phrase, the front its ground had for the speaker.
-    lapses : per phrase, whether it was a slip.
+    place_m
+        Centre of its cell, (x, y) metres.
+    cell
+        Row (row 0 in the south) and column.
+    component
+        Name of the speaker's component.
+    fronts_rad
+        Per phrase, the front its ground had for the speaker.
+    lapses
+        Per phrase, whether it was a slip.
     """
 
     place_m: tuple[float, float]
@@ -129,8 +134,10 @@ class Simulated:
 
     Parameters
     ----------
-    description : relations, and the text that says them.
-    latents : target -> what lay behind.
+    description
+        Relations, and the text that says them.
+    latents
+        Target -> what lay behind.
     """
 
     description: Description
@@ -151,13 +158,20 @@ def simulate(
 
     Parameters
     ----------
-    city : the map.
-    targets : objects, or ids; the ids of the default objects have their names.
-    rng : where everything is drawn from.
-    model : a model's name, or a Preset, as a speaker; see `speaker_of`.
-    phrases : how many phrases a target gets: a number, or the least and the most, as likely each.
-    grounds : ids of the landmarks that may be spoken of; those with a name of their own when None.
-    prior : weights of the cells, shape (H, W); uniform when None.
+    city
+        The map.
+    targets
+        Objects, or ids; the ids of the default objects have their names.
+    rng
+        Where everything is drawn from.
+    model
+        A model's name, or a Preset, as a speaker; see `speaker_of`.
+    phrases
+        How many phrases a target gets: a number, or the least and the most, as likely each.
+    grounds
+        Ids of the landmarks that may be spoken of; those with a name of their own when None.
+    prior
+        Weights of the cells, shape (H, W); uniform when None.
 
     Returns
     -------
@@ -166,7 +180,8 @@ def simulate(
 
     Raises
     ------
-    InputError : when the model cannot be run forward, or there are too few grounds.
+    InputError
+        When the model cannot be run forward, or there are too few grounds.
 
     Notes
     -----

@@ -38,20 +38,31 @@ class RelationTerm:
 
     Parameters
     ----------
-    relation : canonical relation word.
-    grounds : ids of the landmarks, at least one; ``"Map"`` for the map itself.
-    city : the map.
-    negated : True when the relation was denied.
-    said_distance_m : the distance that was said, metres, or None.
-    index : position of the relation this term comes from among those of its figure.
-    figure : id of the target it is about.
-    joint : True when between, across, along and several grounds have a meaning of their own.
-    each : True when it is one of several terms of one phrase, which is said of each ground.
-    cells : the cells that the fields are of, in this order, repeats allowed, shape (S,); None for
-        all cells of the map. See `at`.
-    latents : values of latents that the model declares, by name; see
-        :class:`sloop_ppl.models.Latent`.
-    description : position of the text it comes from among those of its speaker.
+    relation
+        Canonical relation word.
+    grounds
+        Ids of the landmarks, at least one; ``"Map"`` for the map itself.
+    city
+        The map.
+    negated
+        True when the relation was denied.
+    said_distance_m
+        The distance that was said, metres, or None.
+    index
+        Position of the relation this term comes from among those of its figure.
+    figure
+        Id of the target it is about.
+    joint
+        True when between, across, along and several grounds have a meaning of their own.
+    each
+        True when it is one of several terms of one phrase, which is said of each ground.
+    cells
+        The cells that the fields are of, in this order, repeats allowed, shape (S,); None for all
+        cells of the map. See `at`.
+    latents
+        Values of latents that the model declares, by name; see :class:`sloop_ppl.models.Latent`.
+    description
+        Position of the text it comes from among those of its speaker.
     """
 
     relation: str
@@ -236,7 +247,8 @@ class RelationTerm:
 
         Parameters
         ----------
-        fronts_rad : directions its ground may face, radians, shape (B,).
+        fronts_rad
+            Directions its ground may face, radians, shape (B,).
 
         Returns
         -------
@@ -288,7 +300,8 @@ class RelationTerm:
 
         Parameters
         ----------
-        cells : indices into the map's cells, row by row; repeats are allowed.
+        cells
+            Indices into the map's cells, row by row; repeats are allowed.
         """
         return replace(self, cells=cells)
 
@@ -313,14 +326,18 @@ def ground_relations(
 
     Parameters
     ----------
-    relations : what was said of one figure.
-    city : the map.
-    joint : True for one term per relation, which gives between, corners, across and along their
-        own meaning; False for one term per relation and ground, as in the published code.
+    relations
+        What was said of one figure.
+    city
+        The map.
+    joint
+        True for one term per relation, which gives between, corners, across and along their own
+        meaning; False for one term per relation and ground, as in the published code.
 
     Raises
     ------
-    UnknownName : when a ground is not on the map.
+    UnknownName
+        When a ground is not on the map.
 
     Notes
     -----

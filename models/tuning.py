@@ -26,30 +26,34 @@ def load_parameters(path: str | Path) -> dict[str, dict[str, Any]]:
 
     Parameters
     ----------
-    path : a ``.toml`` file of the sections that `with_parameters` takes, or a ``.json`` file of
-        them, by themselves or as its member ``parameters``.
+    path
+        A ``.toml`` file of the sections that `with_parameters` takes, or a ``.json`` file of them,
+        by themselves or as its member ``parameters``.
 
     Raises
     ------
-    InputError : when the file does not exist, or is no TOML or JSON of sections.
+    InputError
+        When the file does not exist, or is no TOML or JSON of sections.
     """
     file = Path(path)
     try:
         text = file.read_text(encoding="utf-8")
-        told: Any = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
+        payload: Any = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
     except OSError as error:
         raise InputError(f"Parameter file '{path}' cannot be read: {error.strerror}") from error
     except ValueError as error:  # TOMLDecodeError, JSONDecodeError, UnicodeDecodeError
         kind = "JSON" if file.suffix == ".json" else "TOML"
         raise InputError(f"Parameter file '{path}' is no {kind}: {error}") from error
-    if isinstance(told, Mapping) and isinstance(told.get("parameters"), Mapping):
-        told = told["parameters"]
-    if not isinstance(told, Mapping) or not all(isinstance(s, Mapping) for s in told.values()):
+    if isinstance(payload, Mapping) and isinstance(payload.get("parameters"), Mapping):
+        payload = payload["parameters"]
+    if not isinstance(payload, Mapping) or not all(
+        isinstance(s, Mapping) for s in payload.values()
+    ):
         raise InputError(
             f"Parameter file '{path}' has numbers outside a section; put them under one of "
             f"{', '.join(f'[{name}]' for name in _SECTIONS)}"
         )
-    return {name: dict(section) for name, section in told.items()}
+    return {name: dict(section) for name, section in payload.items()}
 
 
 def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> Preset:
@@ -57,15 +61,19 @@ def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> P
 
     Parameters
     ----------
-    model : the model.
-    values : section -> name -> value. Sections are ``likelihood`` (what it declares as
-        ``parameters``), ``model`` (lapse, temper, error_m and the switches), ``frames`` (the
-        numbers of the frame prior) and ``weights`` (prior weight by component).
+    model
+        The model.
+    values
+        Section -> name -> value. Sections are ``likelihood`` (what it declares as ``parameters``),
+        ``model`` (lapse, temper, error_m and the switches), ``frames`` (the numbers of the frame
+        prior) and ``weights`` (prior weight by component).
 
     Raises
     ------
-    UnknownName : for a section or parameter there is none of; it lists those there are.
-    InputError : for a value of the wrong type or out of range.
+    UnknownName
+        For a section or parameter there is none of; it lists those there are.
+    InputError
+        For a value of the wrong type or out of range.
 
     Examples
     --------
@@ -110,9 +118,11 @@ def _frames(model: Preset, numbers: Mapping[str, Any]) -> Preset:
         if name not in known:
             raise UnknownName(f"parameter of {type(prior).__name__}", name, known)
         number = _number(name, value)
-        allowed, told = _range_of(name)
+        allowed, range_text = _range_of(name)
         if not allowed(number):
-            raise InputError(f"Parameter '{name}' of frames is {number:g}; expected it {told}")
+            raise InputError(
+                f"Parameter '{name}' of frames is {number:g}; expected it {range_text}"
+            )
         changed[name] = number
     return replace(model, frame_prior=replace(prior, **changed))
 

@@ -29,7 +29,8 @@ class FunctionLikelihood:
 
     Parameters
     ----------
-    function : takes a term and directions in radians, or None, and returns log g.
+    function
+        Takes a term and directions in radians, or None, and returns log g.
     """
 
     function: Callable[[RelationTerm, Tensor | None], Tensor]
@@ -44,15 +45,19 @@ def load_model(spec: str, base: str = "bayes") -> Preset:
 
     Parameters
     ----------
-    spec : ``FILE.py:NAME``. NAME is a Preset; or a likelihood (an object or class with ``log_g``,
-        or a function of a term and directions); or a function without arguments that returns
-        one of these.
-    base : the model whose likelihood a likelihood takes the place of.
+    spec
+        ``FILE.py:NAME``. NAME is a Preset; or a likelihood (an object or class with ``log_g``, or a
+        function of a term and directions); or a function without arguments that returns one of
+        these.
+    base
+        The model whose likelihood a likelihood takes the place of.
 
     Raises
     ------
-    UnknownName : when the file has nothing of that name that is a model.
-    InputError : when the file does not exist, fails, or names nothing; when NAME is something else.
+    UnknownName
+        When the file has nothing of that name that is a model.
+    InputError
+        When the file does not exist, fails, or names nothing; when NAME is something else.
 
     Notes
     -----
@@ -67,22 +72,22 @@ def load_model(spec: str, base: str = "bayes") -> Preset:
         raise InputError(f"Model '{spec}' names no model of the file; there are: {listed}")
     if not hasattr(file.module, file.name):
         raise UnknownName(f"model of {file.path.name}", file.name, there)
-    path, told = file.path, file.label
+    path, label = file.path, file.label
     found = getattr(file.module, file.name)
-    with failing("Model", told, path):
+    with failing("Model", label, path):
         if inspect.isclass(found) or (is_function(found) and not needed_arguments(found)):
             found = found()
     place = f"{path.resolve()}:{file.name}"
     if isinstance(found, Preset):
-        kept = guarded(found.likelihood, told, path, place)
-        return replace(found, name=told, likelihood=kept)
+        kept = guarded(found.likelihood, label, path, place)
+        return replace(found, name=label, likelihood=kept)
     if callable(getattr(found, "log_g", None)):
         likelihood = found
     elif is_function(found) and len(needed_arguments(found)) == 2:
         likelihood = FunctionLikelihood(found)
     else:
-        raise InputError(f"Model '{told}' is a {type(found).__name__}; expected {_WANTED}")
-    return replace(preset(base), name=told, likelihood=guarded(likelihood, told, path, place))
+        raise InputError(f"Model '{label}' is a {type(found).__name__}; expected {_WANTED}")
+    return replace(preset(base), name=label, likelihood=guarded(likelihood, label, path, place))
 
 
 def _is_candidate(value: Any) -> bool:

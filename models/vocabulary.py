@@ -86,13 +86,17 @@ def in_english(
 
     Parameters
     ----------
-    relations : of as many grounds each as the word takes.
-    targets : the figures; each is called by the first of its names.
-    city : the map, whose names of the grounds are used.
+    relations
+        Relations of as many grounds each as the word takes.
+    targets
+        The figures; each is called by the first of its names.
+    city
+        The map, whose names of the grounds are used.
 
     Raises
     ------
-    InputError : for a corner of several grounds, or "between" one.
+    InputError
+        For a corner of several grounds, or "between" one.
 
     Examples
     --------

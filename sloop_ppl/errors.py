@@ -37,9 +37,12 @@ class UnknownName(InputError):
 
     Attributes
     ----------
-    kind : what was looked up, such as ``"map"`` or ``"model"``.
-    found : the name that was given.
-    expected : the names that would have been accepted.
+    kind
+        What was looked up, such as ``"map"`` or ``"model"``.
+    found
+        The name that was given.
+    expected
+        The names that would have been accepted.
     """
 
     def __init__(self, kind: str, found: str, expected: Iterable[str], hint: str = "") -> None:
@@ -59,8 +62,10 @@ class MapError(InputError):
 
     Attributes
     ----------
-    feature : id or index of the feature at fault, if one is.
-    field : name of the field at fault, if one is.
+    feature
+        Id or index of the feature at fault, if one is.
+    field
+        Name of the field at fault, if one is.
     """
 
     def __init__(self, message: str, *, feature: str | None = None, field: str | None = None):
@@ -85,9 +90,12 @@ class BeliefCollapse(InputError):
 
     Attributes
     ----------
-    prior : the belief before the evidence.
-    observation : what was observed or said.
-    culprits : what excludes cells, in words; empty when it was not looked for.
+    prior
+        The belief before the evidence.
+    observation
+        What was observed or said.
+    culprits
+        What excludes cells, in words; empty when it was not looked for.
     """
 
     def __init__(

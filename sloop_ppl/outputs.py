@@ -18,12 +18,15 @@ def check_output(path: str | Path, endings: Sequence[str]) -> Path:
 
     Parameters
     ----------
-    path : where the file shall go.
-    endings : accepted endings with their dot, such as ``(".png", ".pdf")``.
+    path
+        Where the file shall go.
+    endings
+        Accepted endings with their dot, such as ``(".png", ".pdf")``.
 
     Raises
     ------
-    OutputError : when the ending is another, the folder is missing or cannot be written to.
+    OutputError
+        When the ending is another, the folder is missing or cannot be written to.
     """
     target = Path(path)
     if target.suffix.lower() not in endings:
@@ -46,7 +49,8 @@ def check_output_folder(path: str | Path) -> Path:
 
     Raises
     ------
-    OutputError : when it cannot be made or written to.
+    OutputError
+        When it cannot be made or written to.
     """
     folder = Path(path)
     try:

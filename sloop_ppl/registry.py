@@ -27,11 +27,13 @@ class Registry(Mapping[str, T], Generic[T]):
 
     Parameters
     ----------
-    kind : what is registered, such as ``"model"``; used in messages.
+    kind
+        What is registered, such as ``"model"``; used in messages.
 
     Raises
     ------
-    UnknownName : by looking up a name that is not registered; it lists those that are.
+    UnknownName
+        By looking up a name that is not registered; it lists those that are.
     """
 
     def __init__(self, kind: str) -> None:

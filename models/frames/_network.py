@@ -53,13 +53,19 @@ class NetworkShape:
 
     Parameters
     ----------
-    view : the picture it looks at; see :data:`sloop_ppl.models.frames.VIEWS`.
-    channels : of the two convolutions. 28 pixels shrink to 5 x 5, so 32 channels in the second
+    view
+        The picture it looks at; see :data:`sloop_ppl.models.frames.VIEWS`.
+    channels
+        Channels of the two convolutions. 28 pixels shrink to 5 x 5, so 32 channels in the second
         make the paper's 800 features.
-    hidden : of the first two dense layers.
-    streets : True to weigh the streets around too, each by its own few facts.
-    angle : True for the paper's output, one angle; False for a distribution.
-    greys : True for the paper's one grey picture; False for four planes.
+    hidden
+        Widths of the first two dense layers.
+    streets
+        True to weigh the streets around too, each by its own few facts.
+    angle
+        True for the paper's output, one angle; False for a distribution.
+    greys
+        True for the paper's one grey picture; False for four planes.
     """
 
     view: str = "ego-ctx"
@@ -76,10 +82,12 @@ class Outputs:
 
     Parameters
     ----------
-    mean_rad : shape (N, P), radians.
-    kappa : shape (N, P).
-    log_weight : shape (N, P + 1), the last one that of the lapse; each row sums to one in
-        probability.
+    mean_rad
+        Shape (N, P), radians.
+    kappa
+        Shape (N, P).
+    log_weight
+        Shape (N, P + 1), the last one that of the lapse; each row sums to one in probability.
     """
 
     mean_rad: Tensor
@@ -92,7 +100,8 @@ class FrameNetwork(nn.Module):
 
     Parameters
     ----------
-    shape : what it is made of.
+    shape
+        What it is made of.
 
     Notes
     -----
@@ -139,10 +148,14 @@ class FrameNetwork(nn.Module):
 
         Parameters
         ----------
-        pictures : planes, shape (N, 4, 28, 28).
-        bearing_rad : directions to streets, shape (N, C).
-        features : facts of the streets, shape (N, C, F).
-        there : False where a row has fewer than C streets, shape (N, C).
+        pictures
+            Planes, shape (N, 4, 28, 28).
+        bearing_rad
+            Directions to streets, shape (N, C).
+        features
+            Facts of the streets, shape (N, C, F).
+        there
+            False where a row has fewer than C streets, shape (N, C).
         """
         return self._mixture(
             self.dense(self.look(self._seen(pictures))), bearing_rad, features, there
@@ -155,7 +168,8 @@ class FrameNetwork(nn.Module):
 
         Parameters
         ----------
-        pictures, bearing_rad, features, there : as `forward` takes them.
+        pictures, bearing_rad, features, there
+            As `forward` takes them.
 
         Returns
         -------
@@ -163,8 +177,10 @@ class FrameNetwork(nn.Module):
             The mean of the four mixtures, with the parts of `forward`. An angle network gives four
             parts instead, one for each turn.
         """
-        told = torch.cat([self._turned(some) for some in self._seen(pictures).split(_AT_ONCE)], 1)
-        made = self._mixture(told, bearing_rad, features, there)
+        outputs = torch.cat(
+            [self._turned(some) for some in self._seen(pictures).split(_AT_ONCE)], 1
+        )
+        made = self._mixture(outputs, bearing_rad, features, there)
         if not self.shape.angle:
             weight = made.log_weight.exp().mean(0).log()
             return Outputs(made.mean_rad, made.kappa, weight)
@@ -176,34 +192,34 @@ class FrameNetwork(nn.Module):
         """Return what is told of the quarter turns, as directions of what is not turned."""
         rows = seen.permute(0, 2, 3, 1).contiguous()  # channels last takes a third of the time
         turned = torch.cat([torch.rot90(rows, -turn, (1, 2)) for turn in range(_TURNS)])
-        told: Tensor = self.dense(self.look(turned.permute(0, 3, 1, 2)))
-        told = told.unflatten(0, (_TURNS, -1))
+        outputs: Tensor = self.dense(self.look(turned.permute(0, 3, 1, 2)))
+        outputs = outputs.unflatten(0, (_TURNS, -1))
         if self.shape.angle:
             quarters = [(1, 0, 0, 1), (0, -1, 1, 0), (-1, 0, 0, -1), (0, 1, -1, 0)]
-            return told @ told.new_tensor(quarters).reshape(_TURNS, 2, 2)
+            return outputs @ outputs.new_tensor(quarters).reshape(_TURNS, 2, 2)
         back = self.turned[:, None].expand(-1, len(seen), -1)
-        return torch.cat([told.gather(-1, back), told[..., DIRECTIONS:]], -1)
+        return torch.cat([outputs.gather(-1, back), outputs[..., DIRECTIONS:]], -1)
 
     def _mixture(
-        self, told: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
+        self, outputs: Tensor, bearing_rad: Tensor, features: Tensor, there: Tensor
     ) -> Outputs:
         """Return the mixtures for what the pictures tell, shape (N, ...) or (T, N, ...)."""
         low, high = _KAPPA_RANGE
         kappa = self.log_kappa.exp().clamp(low, high)
         if self.shape.angle:
-            mean = torch.atan2(told[..., 1:], told[..., :1])
+            mean = torch.atan2(outputs[..., 1:], outputs[..., :1])
             flat = torch.zeros_like(mean)
             weights = torch.log_softmax(torch.cat([flat, flat + self.angle_lapse], -1), -1)
             return Outputs(mean, kappa[0].expand_as(mean), weights)
-        directions = self.directions.expand(told.shape[-2], -1)
-        logits, mean, spread = told[..., :DIRECTIONS], directions, kappa[0].expand_as(directions)
-        lapse = told[..., DIRECTIONS : DIRECTIONS + 1]
+        directions = self.directions.expand(outputs.shape[-2], -1)
+        logits, mean, spread = outputs[..., :DIRECTIONS], directions, kappa[0].expand_as(directions)
+        lapse = outputs[..., DIRECTIONS : DIRECTIONS + 1]
         if self.weigh is not None:
             alike = torch.cos(bearing_rad[..., None] - directions[:, None, :])
             liked = (torch.softmax(12.0 * alike, -1) * logits[..., None, :]).sum(-1)
             scores = self.weigh(features)[..., 0] + liked
             scores = scores.masked_fill(~there, -math.inf)
-            free = logits - 3.0 + told[..., DIRECTIONS + 1 :]
+            free = logits - 3.0 + outputs[..., DIRECTIONS + 1 :]
             logits = torch.cat([free, scores], -1)
             mean = torch.cat([directions, bearing_rad], 1)
             spread = torch.cat([spread, kappa[1].expand_as(bearing_rad)], 1)
@@ -236,8 +252,10 @@ class TrainedFrames:
 
     Parameters
     ----------
-    network : in evaluation mode.
-    about : how it was made: ``name``, ``trained_on``, ``command``, figures; all text.
+    network
+        Network in evaluation mode.
+    about
+        How it was made: ``name``, ``trained_on``, ``command``, figures; all text.
     """
 
     network: FrameNetwork
@@ -249,10 +267,11 @@ def save_weights(trained: TrainedFrames, path: str | Path) -> None:
 
     Raises
     ------
-    OutputError : when the path cannot be written or does not end in ``.safetensors``.
+    OutputError
+        When the path cannot be written or does not end in ``.safetensors``.
     """
     check_output(path, (_ENDING,))
-    told = {
+    metadata = {
         **trained.about,
         "version": WEIGHTS_VERSION,
         "shape": dataclasses.asdict(trained.network.shape),
@@ -260,7 +279,7 @@ def save_weights(trained: TrainedFrames, path: str | Path) -> None:
     state = {name: t.detach().contiguous() for name, t in trained.network.state_dict().items()}
     with written_whole(path) as temporary:
         # One entry, since safetensors writes several in no fixed order: same seed, same bytes.
-        temporary.write_bytes(save(state, {_ENTRY: json.dumps(told, sort_keys=True)}))
+        temporary.write_bytes(save(state, {_ENTRY: json.dumps(metadata, sort_keys=True)}))
 
 
 def load_weights(path: str | Path) -> TrainedFrames:
@@ -268,25 +287,26 @@ def load_weights(path: str | Path) -> TrainedFrames:
 
     Raises
     ------
-    InputError : when the file cannot be read, is no weights file, is of another version (which
-        the message names), or holds NaN.
+    InputError
+        When the file cannot be read, is no weights file, is of another version (which the message
+        names), or holds NaN.
     """
     try:
         with safe_open(str(path), framework="pt") as file:
-            told: dict[str, Any] = json.loads((file.metadata() or {}).get(_ENTRY, "{}"))
+            metadata: dict[str, Any] = json.loads((file.metadata() or {}).get(_ENTRY, "{}"))
             state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     except FileNotFoundError as error:
         raise InputError(f"Weights '{path}' do not exist; expected a {_ENDING} file") from error
     except (OSError, ValueError, SafetensorError) as error:
         raise InputError(f"Weights '{path}' are no safetensors file: {error}") from error
-    found = told.get("version", "none")
+    found = metadata.get("version", "none")
     if found != WEIGHTS_VERSION:
         raise InputError(
             f"Weights '{path}' are of version '{found}'; expected '{WEIGHTS_VERSION}'; train them "
             "again with `sloop frames train`"
         )
     try:
-        network = FrameNetwork(_shape(told["shape"]))
+        network = FrameNetwork(_shape(metadata["shape"]))
         network.load_state_dict(state)
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = str(error).split("\n")[0]
@@ -294,10 +314,10 @@ def load_weights(path: str | Path) -> TrainedFrames:
     if not all(bool(torch.isfinite(t).all()) for t in state.values()):
         raise InputError(f"Weights '{path}' hold NaN or infinite numbers; train them again")
     network.eval()
-    about = {k: v for k, v in told.items() if k not in ("version", "shape")}
+    about = {k: v for k, v in metadata.items() if k not in ("version", "shape")}
     return TrainedFrames(network, MappingProxyType(about))
 
 
-def _shape(told: dict[str, Any]) -> NetworkShape:
-    lists: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in told.items()}
+def _shape(record: dict[str, Any]) -> NetworkShape:
+    lists: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in record.items()}
     return NetworkShape(**lists)

@@ -48,10 +48,13 @@ class View:
 
     Parameters
     ----------
-    centred : True to put the landmark in the middle (egocentric); False for the tile of the map
-        that it lies in, tiles laid from the north-west corner.
-    context : True to draw what else is there; False for the landmark alone.
-    side_m : side of the picture, metres; a centred one grows with the landmark.
+    centred
+        True to put the landmark in the middle (egocentric); False for the tile of the map that it
+        lies in, tiles laid from the north-west corner.
+    context
+        True to draw what else is there; False for the landmark alone.
+    side_m
+        Side of the picture, metres; a centred one grows with the landmark.
     """
 
     centred: bool
@@ -71,9 +74,12 @@ def context_image(city: CityMap, landmark_id: str, view: str = "ego-ctx") -> NDA
 
     Parameters
     ----------
-    city : the map.
-    landmark_id : id of the landmark.
-    view : ``"ego-ctx"``, ``"ego"`` (without context) or ``"ctx"`` (not centred).
+    city
+        The map.
+    landmark_id
+        Id of the landmark.
+    view
+        ``"ego-ctx"``, ``"ego"`` (without context) or ``"ctx"`` (not centred).
 
     Returns
     -------
@@ -82,7 +88,8 @@ def context_image(city: CityMap, landmark_id: str, view: str = "ego-ctx") -> NDA
 
     Raises
     ------
-    UnknownName : for another view, or a landmark that is not on the map.
+    UnknownName
+        For another view, or a landmark that is not on the map.
 
     Notes
     -----
@@ -108,11 +115,16 @@ def context_planes(
 
     Parameters
     ----------
-    city : the map.
-    landmark_id : id of the landmark.
-    view : one of `VIEWS`.
-    turn_rad : the scene is turned by this angle about the picture's middle, anticlockwise.
-    shift_m : x and y by which the picture's middle is off, metres.
+    city
+        The map.
+    landmark_id
+        Id of the landmark.
+    view
+        One of `VIEWS`.
+    turn_rad
+        The scene is turned by this angle about the picture's middle, anticlockwise.
+    shift_m
+        x and y by which the picture's middle is off, metres.
 
     Returns
     -------
@@ -121,7 +133,8 @@ def context_planes(
 
     Raises
     ------
-    UnknownName : for another view, or a landmark that is not on the map.
+    UnknownName
+        For another view, or a landmark that is not on the map.
     """
     planes: NDArray[np.float32] = pictures_of(
         city, [landmark_id], view, turns_rad=[turn_rad], shifts_m=[shift_m]
@@ -141,11 +154,16 @@ def pictures_of(
 
     Parameters
     ----------
-    city : the map.
-    landmark_ids : ids of the landmarks; one may come several times.
-    view : one of `VIEWS`.
-    turns_rad : the angle each scene is turned by, shape (N,), or one for all.
-    shifts_m : x and y by which each picture's middle is off, metres, shape (N, 2), or one for all.
+    city
+        The map.
+    landmark_ids
+        Ids of the landmarks; one may come several times.
+    view
+        One of `VIEWS`.
+    turns_rad
+        The angle each scene is turned by, shape (N,), or one for all.
+    shifts_m
+        x and y by which each picture's middle is off, metres, shape (N, 2), or one for all.
 
     Returns
     -------
@@ -154,8 +172,10 @@ def pictures_of(
 
     Raises
     ------
-    InputError : when turns or shifts have another shape.
-    UnknownName : for another view, or a landmark that is not on the map.
+    InputError
+        When turns or shifts have another shape.
+    UnknownName
+        For another view, or a landmark that is not on the map.
     """
     chosen = VIEWS[view]
     landmarks = [city.landmark(i) for i in landmark_ids]
@@ -243,11 +263,16 @@ class _Scenery:
 
     Parameters
     ----------
-    shapes : their points; G geometries.
-    plane : number in `PLANES` of the plane that each is drawn on, shape (G,).
-    width_m : how wide each is drawn where it is a line, metres, shape (G,).
-    tree : an index of them.
-    number : the place of each in this list, by its id.
+    shapes
+        Their points; G geometries.
+    plane
+        Number in `PLANES` of the plane that each is drawn on, shape (G,).
+    width_m
+        How wide each is drawn where it is a line, metres, shape (G,).
+    tree
+        An index of them.
+    number
+        The place of each in this list, by its id.
     """
 
     shapes: Shapes

@@ -35,10 +35,13 @@ class Choices:
 
     Parameters
     ----------
-    bearing_rad : direction from the landmark's centroid to each street's nearest point, radians
-        anticlockwise from east, shape (C,).
-    features : what is told of each, in the order of `FEATURES`, shape (C, F).
-    distance_m : metres from the centroid to each, shape (C,).
+    bearing_rad
+        Direction from the landmark's centroid to each street's nearest point, radians anticlockwise
+        from east, shape (C,).
+    features
+        What is told of each, in the order of `FEATURES`, shape (C, F).
+    distance_m
+        Metres from the centroid to each, shape (C,).
     """
 
     bearing_rad: NDArray[np.float64]
@@ -73,8 +76,10 @@ def facing_choices(city: CityMap, landmark_id: str) -> Choices:
 
     Parameters
     ----------
-    city : the map.
-    landmark_id : id of what faces one of them.
+    city
+        The map.
+    landmark_id
+        Id of what faces one of them.
 
     Returns
     -------
@@ -90,12 +95,15 @@ def choices_of(city: CityMap, landmark_ids: Sequence[str]) -> list[Choices]:
 
     Parameters
     ----------
-    city : the map.
-    landmark_ids : ids; one may come several times.
+    city
+        The map.
+    landmark_ids
+        Ids; one may come several times.
 
     Raises
     ------
-    UnknownName : for a landmark that is not on the map.
+    UnknownName
+        For a landmark that is not on the map.
     """
     ways = city.derived("frame ways", lambda: _ways(city))
     houses = city.derived("frame houses", lambda: _houses(city, ways))
@@ -136,7 +144,7 @@ def _ways(city: CityMap) -> _Ways:
     numbers: dict[str, int] = {}
     street = [numbers.setdefault(way.name or f"\n{way.id}", len(numbers)) for way in ways]
     length = np.bincount(street, shapely.length(geometry), len(numbers)) if ways else np.zeros(0)
-    told = [
+    rows = [
         (
             way.kind == "street",
             way.kind == "service",
@@ -152,7 +160,7 @@ def _ways(city: CityMap) -> _Ways:
         shapely.STRtree(geometry),
         {way.id: i for i, way in enumerate(ways)},
         np.array(street, dtype=int),
-        np.array(told, dtype=np.float32).reshape(len(ways), 6),
+        np.array(rows, dtype=np.float32).reshape(len(ways), 6),
         np.array([way.name is not None for way in ways], dtype=bool),
     )
 
@@ -256,11 +264,15 @@ class _Walls:
 
     Parameters
     ----------
-    corners : x + iy of all corners in turn, metres, shape (P,).
-    corner : first corner of each footprint, and their number, shape (N + 1,).
-    axis_rad : the direction that most of its walls have, or are square to, shape (N,). The step
-        from one ring or part to the next counts as a wall, as the shipped networks learnt it.
-    walled : False for what has no walls, such as a point, shape (N,).
+    corners
+        x + iy of all corners in turn, metres, shape (P,).
+    corner
+        First corner of each footprint, and their number, shape (N + 1,).
+    axis_rad
+        The direction that most of its walls have, or are square to, shape (N,). The step from one
+        ring or part to the next counts as a wall, as the shipped networks learnt it.
+    walled
+        False for what has no walls, such as a point, shape (N,).
     """
 
     corners: NDArray[np.complex128]
@@ -290,8 +302,10 @@ class _Walls:
 
         Parameters
         ----------
-        which : the footprint that each direction is of, shape (C,).
-        bearing_rad : the directions, shape (C,).
+        which
+            The footprint that each direction is of, shape (C,).
+        bearing_rad
+            The directions, shape (C,).
 
         Returns
         -------

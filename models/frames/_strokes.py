@@ -31,10 +31,14 @@ class Shapes:
 
     Parameters
     ----------
-    points : x + iy of each, metres, shape (P,).
-    point : first point of each run, and P, shape (R + 1,).
-    kind : `AREA`, `HOLE`, `LINE` or `DOT`, shape (R,). A hole follows the area it is in.
-    run : first run of each geometry, and R, shape (G + 1,).
+    points
+        x + iy of each, metres, shape (P,).
+    point
+        First point of each run, and P, shape (R + 1,).
+    kind
+        `AREA`, `HOLE`, `LINE` or `DOT`, shape (R,). A hole follows the area it is in.
+    run
+        First run of each geometry, and R, shape (G + 1,).
     """
 
     points: NDArray[np.complex128]
@@ -76,8 +80,10 @@ def spans(
 
     Parameters
     ----------
-    starts : first member of each span, and the end of the last, shape (S + 1,).
-    which : the spans wanted, shape (K,).
+    starts
+        First member of each span, and the end of the last, shape (S + 1,).
+    which
+        The spans wanted, shape (K,).
 
     Returns
     -------
@@ -102,11 +108,15 @@ class Strokes:
 
     Parameters
     ----------
-    stroke : first stroke of each picture, and their number S; N + 1 numbers.
-    plane, kind, width : of each stroke: the plane, `AREA`, `HOLE`, `LINE` or `DOT`, and how wide
-        a line is, fine pixels.
-    point : first point of each stroke, and their number; S + 1 numbers.
-    xy : x and y of all points in turn, fine pixels from the corner.
+    stroke
+        First stroke of each picture, and their number S; N + 1 numbers.
+    plane, kind, width
+        Plane, kind and width of each stroke: the plane, `AREA`, `HOLE`, `LINE` or `DOT`, and how
+        wide a line is, fine pixels.
+    point
+        First point of each stroke, and their number; S + 1 numbers.
+    xy
+        x and y of all points in turn, fine pixels from the corner.
     """
 
     stroke: list[int]
@@ -122,9 +132,12 @@ def drawn(layers: Sequence[Strokes], planes: int, pixels: int) -> NDArray[np.flo
 
     Parameters
     ----------
-    layers : strokes of the same N pictures, at least one; what comes later is drawn over.
-    planes : how many there are; a stroke leaves all but its own as they are.
-    pixels : pixels a side.
+    layers
+        Strokes of the same N pictures, at least one; what comes later is drawn over.
+    planes
+        How many there are; a stroke leaves all but its own as they are.
+    pixels
+        Pixels a side.
     """
     count, side = len(layers[0].stroke) - 1, pixels * SHARPER
     images = [Image.new("L", (side, side)) for _ in range(planes)]

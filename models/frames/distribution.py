@@ -25,9 +25,12 @@ class FramePart:
 
     Parameters
     ----------
-    mean_rad : direction the ground faces, radians anticlockwise from east.
-    kappa : concentration, >= 0; ``math.inf`` for a point.
-    weight : probability of the part, in (0, 1].
+    mean_rad
+        Direction the ground faces, radians anticlockwise from east.
+    kappa
+        Concentration, >= 0; ``math.inf`` for a point.
+    weight
+        Probability of the part, in (0, 1].
     """
 
     mean_rad: float
@@ -53,12 +56,15 @@ class FrameDistribution:
 
     Parameters
     ----------
-    parts : von Mises parts; their weights and `lapse` sum to one.
-    lapse : probability that the front is anywhere, uniformly.
+    parts
+        Von Mises parts; their weights and `lapse` sum to one.
+    lapse
+        Probability that the front is anywhere, uniformly.
 
     Raises
     ------
-    InputError : when the weights do not sum to one.
+    InputError
+        When the weights do not sum to one.
 
     Notes
     -----
@@ -87,7 +93,8 @@ class FrameDistribution:
 
         Parameters
         ----------
-        count : angles that stand for what is spread, > 0; points keep their own.
+        count
+            Angles that stand for what is spread, > 0; points keep their own.
 
         Returns
         -------

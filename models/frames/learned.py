@@ -52,7 +52,8 @@ class LearnedFrames:
 
     Parameters
     ----------
-    weights : path of a weights file; see :func:`sloop_ppl.models.frames.load_weights`.
+    weights
+        Path of a weights file; see :func:`sloop_ppl.models.frames.load_weights`.
 
     Notes
     -----
@@ -71,8 +72,10 @@ class LearnedFrames:
 
         Raises
         ------
-        InputError : when the weights cannot be used.
-        UnknownName : when the map has no such landmark.
+        InputError
+            When the weights cannot be used.
+        UnknownName
+            When the map has no such landmark.
         """
         known: dict[str, FrameDistribution] = city.derived(f"fronts by {self.weights}", dict)
         missing = [i for i in dict.fromkeys(landmarks) if i not in known]
@@ -87,8 +90,10 @@ def frame_predictor(name_or_path: str | Path) -> FramePredictor:
 
     Raises
     ------
-    UnknownName : when no predictor has this name; it lists those there are.
-    InputError : when the weights cannot be used.
+    UnknownName
+        When no predictor has this name; it lists those there are.
+    InputError
+        When the weights cannot be used.
     """
     name = str(name_or_path)
     if name.endswith(".safetensors"):
@@ -109,9 +114,12 @@ def predict_fronts(
 
     Parameters
     ----------
-    trained : a network.
-    city : the map.
-    landmarks : ids.
+    trained
+        A network.
+    city
+        The map.
+    landmarks
+        Their ids.
 
     Returns
     -------
@@ -161,8 +169,8 @@ def _answers(
     tables = [torch.from_numpy(a) for a in (pictures, *padded_choices(choices))]
     with torch.inference_mode():
         answer = trained.network.averaged(*tables)
-    told = answer.mean_rad, answer.kappa, answer.log_weight.exp()
-    mean, kappa, weight = (one.numpy().astype(np.float64) for one in told)
+    parameters = answer.mean_rad, answer.kappa, answer.log_weight.exp()
+    mean, kappa, weight = (one.numpy().astype(np.float64) for one in parameters)
     return mean, kappa, weight
 
 
@@ -195,7 +203,8 @@ def _mixtures(
 
     Parameters
     ----------
-    mean_rad, kappa, weight : of P parts each, shape (N, P); weights sum to at most one.
+    mean_rad, kappa, weight
+        Mean, kappa and weight of P parts each, shape (N, P); weights sum to at most one.
 
     Returns
     -------
@@ -207,10 +216,10 @@ def _mixtures(
     found: list[FrameDistribution] = []
     for i, row in enumerate(order):
         which = row[kept[i, row]]
-        told = (one[i, which].tolist() for one in (mean_rad, kappa, weight))
+        parameters = (one[i, which].tolist() for one in (mean_rad, kappa, weight))
         parts = tuple(
             FramePart(math.remainder(mean, 2 * math.pi), spread, share)
-            for mean, spread, share in zip(*told, strict=True)
+            for mean, spread, share in zip(*parameters, strict=True)
         )
         found.append(FrameDistribution(parts, lapse=1 - sum(part.weight for part in parts)))
     return found
@@ -226,9 +235,11 @@ def _merged_first(
 
     Parameters
     ----------
-    count : how many are merged, into the von Mises with their first moment; they are equally
+    count
+        How many are merged, into the von Mises with their first moment; they are equally
         concentrated.
-    mean_rad, kappa, weight : of P parts each, shape (N, P).
+    mean_rad, kappa, weight
+        Mean, kappa and weight of P parts each, shape (N, P).
 
     Returns
     -------

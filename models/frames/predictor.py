@@ -79,9 +79,12 @@ class AddressFront:
 
     Parameters
     ----------
-    otherwise : tells of what has neither.
-    kappa : concentration around the address's street or the door's wall, > 0.
-    lapse : probability that a building faces elsewhere, in [0, 1].
+    otherwise
+        Tells of what has neither.
+    kappa
+        Concentration around the address's street or the door's wall, > 0.
+    lapse
+        Probability that a building faces elsewhere, in [0, 1].
 
     Notes
     -----
@@ -112,8 +115,10 @@ class RandomFront:
 
     Parameters
     ----------
-    seed : of the directions.
-    kappa : concentration around them, > 0.
+    seed
+        Seed of the directions.
+    kappa
+        Concentration around them, > 0.
 
     Notes
     -----

@@ -57,12 +57,17 @@ class PredictedSpread:
 
     Parameters
     ----------
-    predictor : gives the distribution of the front.
-    kappa : concentration of the speaker's frame around the ground's true front, > 0; infinite to
-        take the prediction as it is.
-    lapse : probability that the prediction says nothing, in [0, 1].
-    absolute : probability that left and right are those of the map, in [0, 1].
-    absolute_kappa : concentration around the map's frame, > 0.
+    predictor
+        Gives the distribution of the front.
+    kappa
+        Concentration of the speaker's frame around the ground's true front, > 0; infinite to take
+        the prediction as it is.
+    lapse
+        Probability that the prediction says nothing, in [0, 1].
+    absolute
+        Probability that left and right are those of the map, in [0, 1].
+    absolute_kappa
+        Concentration around the map's frame, > 0.
 
     Notes
     -----
@@ -99,8 +104,10 @@ class FixedFront:
 
     Parameters
     ----------
-    front_rad : the front, radians anticlockwise from east; north unless told otherwise.
-    kappa : concentration around it, > 0; infinite for a point.
+    front_rad
+        The front, radians anticlockwise from east; north unless told otherwise.
+    kappa
+        Concentration around it, > 0; infinite for a point.
     """
 
     front_rad: float = ABSOLUTE_FRONT_RAD

@@ -34,9 +34,11 @@ class RelationLikelihood(Protocol):
 
         Parameters
         ----------
-        term : relation, ground and the ground's fields.
-        direction_rad : directions the relation points in, radians, shape (B,); None for a
-            relation that has no direction.
+        term
+            Relation, ground and the ground's fields.
+        direction_rad
+            Directions the relation points in, radians, shape (B,); None for a relation that has no
+            direction.
 
         Returns
         -------

@@ -22,8 +22,10 @@ def bessel_ratios(kappa: float | Tensor, count: int) -> tuple[float | Tensor, ..
 
     Parameters
     ----------
-    kappa : concentration, >= 0, finite; gradients flow through a tensor.
-    count : highest order, >= 0.
+    kappa
+        Concentration, >= 0, finite; gradients flow through a tensor.
+    count
+        Highest order, >= 0.
 
     Examples
     --------
@@ -62,11 +64,16 @@ def expected_cosine(
 
     Parameters
     ----------
-    bearing_rad : direction of each cell from the ground, radians, shape (S,).
-    frame : distribution of the direction the ground faces.
-    offset_rad : direction of the relation less that of the front, radians.
-    clipped : True for max(0, cos), the published code; False for \|cos\|, the paper's text.
-    floor : least value, > 0, so that logs stay finite.
+    bearing_rad
+        Direction of each cell from the ground, radians, shape (S,).
+    frame
+        Distribution of the direction the ground faces.
+    offset_rad
+        Direction of the relation less that of the front, radians.
+    clipped
+        True for max(0, cos), the published code; False for \|cos\|, the paper's text.
+    floor
+        Least value, > 0, so that logs stay finite.
 
     Returns
     -------

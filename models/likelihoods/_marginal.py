@@ -39,9 +39,12 @@ def frame_marginal(
 
     Parameters
     ----------
-    likelihood : its own ``log_marginal`` is used when it has one, else quadrature.
-    term : a relation whose direction depends on the frame.
-    frame : which way the ground faces.
+    likelihood
+        Its own ``log_marginal`` is used when it has one, else quadrature.
+    term
+        A relation whose direction depends on the frame.
+    frame
+        Which way the ground faces.
     """
     if isinstance(likelihood, ClosedFormMarginal):
         return likelihood.log_marginal(term, frame)

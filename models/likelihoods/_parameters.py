@@ -33,17 +33,24 @@ class Parameter:
 
     Parameters
     ----------
-    name : the field it is the value of.
-    unit : ``"m"``, ``"1"`` and so on.
-    low, high : range, low < high; the value lies strictly between them.
-    prior_median : median of the prior, within the range.
-    prior_scale : how far the prior spreads, > 0: the standard deviation of the log of the value
-        when `low` is 0 and `high` infinite, else of its log odds within the range.
-    meaning : what it does, in words.
+    name
+        The field it is the value of.
+    unit
+        ``"m"``, ``"1"`` and so on.
+    low, high
+        Range, low < high; the value lies strictly between them.
+    prior_median
+        Median of the prior, within the range.
+    prior_scale
+        How far the prior spreads, > 0: the standard deviation of the log of the value when `low` is
+        0 and `high` infinite, else of its log odds within the range.
+    meaning
+        What it does, in words.
 
     Raises
     ------
-    InputError : when the range is empty, the median outside it, or the scale not positive.
+    InputError
+        When the range is empty, the median outside it, or the scale not positive.
     """
 
     name: str
@@ -70,7 +77,8 @@ class Parameter:
 
         Raises
         ------
-        InputError : when it is no number strictly between `low` and `high`.
+        InputError
+            When it is no number strictly between `low` and `high`.
         """
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(
@@ -105,14 +113,18 @@ def with_values(likelihood: T, values: Mapping[str, float | Tensor]) -> T:
 
     Parameters
     ----------
-    likelihood : a frozen dataclass that declares `parameters`; one that wraps another has a method
+    likelihood
+        A frozen dataclass that declares `parameters`; one that wraps another has a method
         ``with_values`` of its own.
-    values : parameter name -> value; a tensor is taken as it is, a number is checked.
+    values
+        Parameter name -> value; a tensor is taken as it is, a number is checked.
 
     Raises
     ------
-    UnknownName : for a parameter it does not declare.
-    InputError : for a number out of its range.
+    UnknownName
+        For a parameter it does not declare.
+    InputError
+        For a number out of its range.
     """
     if not values:
         return likelihood

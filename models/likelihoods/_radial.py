@@ -20,8 +20,10 @@ def said_width_m(term: RelationTerm, least_m: Any) -> Any:
 
     Parameters
     ----------
-    term : the relation.
-    least_m : least width, metres; a float or a tensor.
+    term
+        The relation.
+    least_m
+        Least width, metres; a float or a tensor.
     """
     if term.said_distance_m is None:
         return None
@@ -34,9 +36,12 @@ def log_student(off_m: Tensor, width_m: Any, tail: Any) -> Tensor:
 
     Parameters
     ----------
-    off_m : distances, metres, >= 0.
-    width_m : width, metres, > 0.
-    tail : degrees of freedom, > 0; the fall-off goes with the power -(tail + 1) far away.
+    off_m
+        Distances, metres, >= 0.
+    width_m
+        Width, metres, > 0.
+    tail
+        Degrees of freedom, > 0; the fall-off goes with the power -(tail + 1) far away.
 
     Notes
     -----

@@ -31,13 +31,19 @@ class AttentionVectorSumLikelihood:
 
     Parameters
     ----------
-    attention : width of the beam of attention as a share of the distance to the ground, > 0.
-    zero_rad : angle from its direction at which a word no longer holds, radians, in (0, pi).
-    grazing_m : how fast truth rises across the line that grazes the ground's far edge, metres.
-    contact_m, near_m, directed_m : widths for contact words, for proximity words (between and
-        across too) and for directed words, metres, > 0.
-    tail : degrees of freedom of the fall-off with distance, > 0.
-    floor : least factor of direction, > 0.
+    attention
+        Width of the beam of attention as a share of the distance to the ground, > 0.
+    zero_rad
+        Angle from its direction at which a word no longer holds, radians, in (0, pi).
+    grazing_m
+        How fast truth rises across the line that grazes the ground's far edge, metres.
+    contact_m, near_m, directed_m
+        Widths for contact words, for proximity words (between and across too) and for directed
+        words, metres, > 0.
+    tail
+        Degrees of freedom of the fall-off with distance, > 0.
+    floor
+        Least factor of direction, > 0.
 
     Notes
     -----
@@ -125,8 +131,10 @@ def attended_bearing_rad(term: RelationTerm, attention: Any) -> tuple[Tensor, Te
 
     Parameters
     ----------
-    term : the relation.
-    attention : width of the beam as a share of the distance to the ground, > 0.
+    term
+        The relation.
+    attention
+        Width of the beam as a share of the distance to the ground, > 0.
 
     Returns
     -------

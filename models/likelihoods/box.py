@@ -24,10 +24,13 @@ class BoxLikelihood:
 
     Parameters
     ----------
-    contact_m, near_m, directed_m : reach of contact words, of proximity words (between and across
-        too) and of directed words, metres, > 0.
-    half_angle_rad : how far from its direction a directed word still holds, radians, (0, pi].
-    floor : what is left outside, in (0, 1), so that logs stay finite.
+    contact_m, near_m, directed_m
+        Reach of contact words, of proximity words (between and across too) and of directed words,
+        metres, > 0.
+    half_angle_rad
+        How far from its direction a directed word still holds, radians, (0, pi].
+    floor
+        What is left outside, in (0, 1), so that logs stay finite.
 
     Notes
     -----

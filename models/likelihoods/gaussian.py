@@ -25,14 +25,19 @@ class GaussianLikelihood:
 
     Parameters
     ----------
-    near_m : width for the proximity words, between and across, metres, > 0.
-    at_m : width for the contact words, metres, > 0.
-    directed_min_m, directed_max_m : bounds of the width for directed words, metres; between
-        them the width is the longer side of the ground.
-    clipped : True for max(0, cos); False for \|cos\|, under which front and behind are the same.
-    from_centroid : True to take directions from the ground's centroid; False from its nearest
-        cell.
-    floor : least direction factor, > 0.
+    near_m
+        Width for the proximity words, between and across, metres, > 0.
+    at_m
+        Width for the contact words, metres, > 0.
+    directed_min_m, directed_max_m
+        Bounds of the width for directed words, metres; between them the width is the longer side of
+        the ground.
+    clipped
+        True for max(0, cos); False for \|cos\|, under which front and behind are the same.
+    from_centroid
+        True to take directions from the ground's centroid; False from its nearest cell.
+    floor
+        Least direction factor, > 0.
 
     Notes
     -----

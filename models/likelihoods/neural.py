@@ -38,14 +38,18 @@ class NeuralLikelihood:
 
     Parameters
     ----------
-    seed : seed of the initial weights, >= 0.
-    hidden : width of the two hidden layers, > 0.
-    weights : name -> tensor; drawn from the seed when empty. Make them require gradients and they
-        learn; `trainable` returns a copy of which they do.
+    seed
+        Seed of the initial weights, >= 0.
+    hidden
+        Width of the two hidden layers, > 0.
+    weights
+        Name -> tensor; drawn from the seed when empty. Make them require gradients and they learn;
+        `trainable` returns a copy of which they do.
 
     Raises
     ------
-    UnknownName, InputError : for weights of a wrong name or shape.
+    UnknownName, InputError
+        For weights of a wrong name or shape.
 
     Notes
     -----
@@ -89,10 +93,10 @@ class NeuralLikelihood:
         if direction_rad is None:
             return self._log_g(place, base)
         x = term.outward_rad - direction_rad[:, None]
-        told = term.has_direction
+        directed = term.has_direction
         # Where a cell has no direction the turning terms take their mean over directions.
-        cosine = torch.where(told, torch.cos(x), 0.0)
-        turned = torch.stack([cosine, torch.where(told, torch.cos(2 * x), 0.0)], -2)
+        cosine = torch.where(directed, torch.cos(x), 0.0)
+        turned = torch.stack([cosine, torch.where(directed, torch.cos(2 * x), 0.0)], -2)
         return self._log_g(place + w["turn"] @ turned, base + turn * (cosine - 1))
 
     def _log_g(self, first: Tensor, base: Tensor) -> Tensor:
@@ -106,12 +110,12 @@ class NeuralLikelihood:
         """Return what does not depend on direction, shape (features, S)."""
         off = term.off_m
         same = torch.ones_like(off)
-        told = [torch.log1p(off / 10), off / 100, term.on_ground.double()]
-        told.append(same * math.log1p(term.extent_m / 20))
-        told += [same * (term.form == form) for form in _FORMS]
-        told += [same * (term.kind == kind) for kind in _KINDS]
+        features = [torch.log1p(off / 10), off / 100, term.on_ground.double()]
+        features.append(same * math.log1p(term.extent_m / 20))
+        features += [same * (term.form == form) for form in _FORMS]
+        features += [same * (term.kind == kind) for kind in _KINDS]
         embedded = self.weights["class"][_row(term)]
-        return torch.cat([torch.stack(told), embedded[:, None] * same])
+        return torch.cat([torch.stack(features), embedded[:, None] * same])
 
 
 def _row(term: RelationTerm) -> int:

@@ -32,13 +32,19 @@ class StudentVonMisesLikelihood:
 
     Parameters
     ----------
-    contact_m, contact_street_m : width for contact words, of a street and of anything else;
-        streets are drawn narrower than they are. Metres, > 0, as all widths.
-    near_m, near_street_m : width for proximity words.
-    between_m, across_m : width outside the region these mean.
-    directed_m, directed_street_m : width for compass and frame words.
-    tail : degrees of freedom, > 0: far away truth falls with the power -(tail + 1).
-    kappa_compass, kappa_frame : sharpness in direction of compass and of frame words, > 0.
+    contact_m, contact_street_m
+        Width for contact words, of a street and of anything else; streets are drawn narrower than
+        they are. Metres, > 0, as all widths.
+    near_m, near_street_m
+        Width for proximity words.
+    between_m, across_m
+        Width outside the region these mean.
+    directed_m, directed_street_m
+        Width for compass and frame words.
+    tail
+        Degrees of freedom, > 0: far away truth falls with the power -(tail + 1).
+    kappa_compass, kappa_frame
+        Sharpness in direction of compass and of frame words, > 0.
 
     Notes
     -----
@@ -120,9 +126,12 @@ def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa:
 
     Parameters
     ----------
-    bearing_rad : direction of each cell less the relation's offset, radians, shape (S,).
-    frame : distribution of psi.
-    kappa : sharpness, > 0; a float or a tensor without dimensions.
+    bearing_rad
+        Direction of each cell less the relation's offset, radians, shape (S,).
+    frame
+        Distribution of psi.
+    kappa
+        Sharpness, > 0; a float or a tensor without dimensions.
 
     Returns
     -------

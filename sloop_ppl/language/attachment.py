@@ -42,8 +42,10 @@ def attach(reader: GroundReader, figures: Figures) -> Reading:
 
     Parameters
     ----------
-    reader : the items of the text; remembers the places spoken of.
-    figures : the objects spoken of; remembers them.
+    reader
+        The items of the text; remembers the places spoken of.
+    figures
+        The objects spoken of; remembers them.
     """
     walk = _Walk(reader, figures)
     at = 0
@@ -145,9 +147,11 @@ class _Walk:
     def _on_too(self, at: int) -> int:
         """Read "the green car is too": what was said of another figure holds again."""
         clause = self.clause
-        said = self.ledger.said
-        if clause.named and clause.open and said:
-            other = [a for a in said[-3:] if a.figures == said[-1].figures != clause.figures]
+        attached = self.ledger.said
+        if clause.named and clause.open and attached:
+            other = [
+                a for a in attached[-3:] if a.figures == attached[-1].figures != clause.figures
+            ]
             for one in other:
                 self.ledger.give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
@@ -210,11 +214,11 @@ class _Walk:
 
     def _instead(self, ground: Ground, before: int) -> bool:
         """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
-        said = self.ledger.recent()
-        if not said or said[-1].figures != self.clause.figures:
+        recent = self.ledger.recent()
+        if not recent or recent[-1].figures != self.clause.figures:
             return False
         denied = self.reader.kind(before) == "neg"
-        phrase = replace(said[-1].phrase, grounds=(ground,), joint=False, negated=denied)
+        phrase = replace(recent[-1].phrase, grounds=(ground,), joint=False, negated=denied)
         self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.8)
         self.clause.negated = False
         return True
@@ -240,9 +244,9 @@ class _Walk:
 
     def _there(self) -> None:
         """Read "the red car is there": the last place that was said of another figure."""
-        said = self.ledger.said
-        if said and said[-1].figures != self.clause.figures:
-            self.ledger.give(said[-1].phrase, self.clause.figures, self.clause.span, 0.8)
+        attached = self.ledger.said
+        if attached and attached[-1].figures != self.clause.figures:
+            self.ledger.give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
             self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
@@ -316,14 +320,14 @@ class _Walk:
         led = self.reader.kind(at - 1) in ("det", "possessive")
         goes_on = self.reader.kind(onward) == "be"
         waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
-        told = not self.clause.named and self.reader.kind(onward) == "cue"
-        if self.clause.route or not (led and (goes_on or waits or told)):
+        cue_follows = not self.clause.named and self.reader.kind(onward) == "cue"
+        if self.clause.route or not (led and (goes_on or waits or cue_follows)):
             return end
         if self.clause.named and not goes_on:
             return end
         span = self.reader.items[at].first, self.reader.items[end - 1].last
-        said = [w.low for w in self.reader.words[slice(*span)]]
-        target = inferred_target(said, self.reader.kind(at - 1) == "possessive")
+        words = [w.low for w in self.reader.words[slice(*span)]]
+        target = inferred_target(words, self.reader.kind(at - 1) == "possessive")
         self.figures.infer(target)
         self._subject((target.id,), span, joins=self.clause.open)
         return end
@@ -380,19 +384,19 @@ class _Walk:
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
-        clause, said = self.clause, phrase.relations
+        clause, relations = self.clause, phrase.relations
         given = [a for a in self.ledger.recent() if a.figures == clause.figures]
-        spoken = self.reader.last_spoken()
-        record = RELATIONS[said[0]]
-        sided = record.converse is not None or record.part or len(said) > 1
+        last_ground = self.reader.last_spoken()
+        record = RELATIONS[relations[0]]
+        sided = record.converse is not None or record.part or len(relations) > 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
         sided = sided or (ends and record.bare)
         elsewhere = phrase.part and bool(self.ledger.said)
         expected = given or clause.pending or (ends and (record.bare or elsewhere))
-        if spoken is None or not sided or not expected:
-            if clause.named and not clause.route and said[0] not in ("at", "in", "on"):
+        if last_ground is None or not sided or not expected:
+            if clause.named and not clause.route and relations[0] not in ("at", "in", "on"):
                 self.ledger.lose(Ground("cue", *phrase.cue))
             return None
-        return replace(phrase, grounds=(replace(spoken, confidence=0.7),), joint=False)
+        return replace(phrase, grounds=(replace(last_ground, confidence=0.7),), joint=False)

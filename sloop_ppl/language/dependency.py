@@ -77,13 +77,19 @@ def make_dependency_paths(
 
     Parameters
     ----------
-    nlp : the pipeline, whose parser stands before this component.
-    name : given by spaCy.
-    map : bundled name or path of the map; None when each ``Doc`` brings its own.
-    targets : path of a targets file; None for the default objects and any others.
-    placeholders : whether names are replaced by simple words before parsing, which helps small
-        parsers; without it the text's own parse is used.
-    every_path : whether paths into other clauses count, as in the paper to the letter.
+    nlp
+        The pipeline, whose parser stands before this component.
+    name
+        Given by spaCy.
+    map
+        Bundled name or path of the map; None when each ``Doc`` brings its own.
+    targets
+        Path of a targets file; None for the default objects and any others.
+    placeholders
+        Whether names are replaced by simple words before parsing, which helps small parsers;
+        without it the text's own parse is used.
+    every_path
+        Whether paths into other clauses count, as in the paper to the letter.
     """
     check_parser(nlp)
     city = None if map is None else load_map(map)
@@ -225,7 +231,8 @@ def installed_pipeline() -> str:
 
     Raises
     ------
-    InputError : when none is installed; it says how to give one.
+    InputError
+        When none is installed; it says how to give one.
     """
     for name in _PIPELINES:
         if find_spec(name) is not None:
@@ -243,12 +250,15 @@ def dependency_parser(
 
     Parameters
     ----------
-    pipeline : a pipeline, or the name or folder of one; None for an installed one.
-    every_path : whether paths into other clauses count, as in the paper to the letter.
+    pipeline
+        A pipeline, or the name or folder of one; None for an installed one.
+    every_path
+        Whether paths into other clauses count, as in the paper to the letter.
 
     Raises
     ------
-    InputError : when it cannot be loaded, or its parser is missing or has other labels.
+    InputError
+        When it cannot be loaded, or its parser is missing or has other labels.
     """
     nlp = pipeline if isinstance(pipeline, Language) else _load(pipeline or installed_pipeline())
     check_parser(nlp)

@@ -26,9 +26,12 @@ class Recognised:
 
     Parameters
     ----------
-    targets : ids of the objects.
-    landmarks : ids of the landmarks.
-    cues : canonical relations that were said.
+    targets
+        Ids of the objects.
+    landmarks
+        Ids of the landmarks.
+    cues
+        Canonical relations that were said.
     """
 
     targets: tuple[str, ...]
@@ -67,9 +70,12 @@ def no_relation_found(
 
     Parameters
     ----------
-    description : what was read.
-    city : the map it was read on.
-    targets : the objects that could be spoken of.
+    description
+        What was read.
+    city
+        The map it was read on.
+    targets
+        The objects that could be spoken of.
 
     Returns
     -------
@@ -86,10 +92,10 @@ def no_relation_found(
     ["No relation found in 'hello'", 'recognised no target, no landmark, no relation word']
     """
     known = recognised(description.text, city, targets)
-    said = " ".join(description.text.split())
-    said = said if len(said) <= _SHOWN else said[: _SHOWN - 3] + "..."
+    text = " ".join(description.text.split())
+    text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     parts = [
-        f"No relation found in '{_printable(said)}'",
+        f"No relation found in '{_printable(text)}'",
         "recognised "
         + ", ".join(
             (
@@ -105,22 +111,22 @@ def no_relation_found(
 
 
 def _listed(what: str, found: Iterable[str]) -> str:
-    told = list(found)
-    if not told:
+    names = list(found)
+    if not names:
         return f"no {what}"
-    shown = ", ".join(told[:5]) + (", ..." if len(told) > 5 else "")
-    return f"{what}{'s' if len(told) > 1 else ''} {shown}"
+    shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+    return f"{what}{'s' if len(names) > 1 else ''} {shown}"
 
 
 def _missing(unresolved: Unresolved, city: CityMap) -> str:
-    said = _printable(" ".join(unresolved.text.split())[:_SHOWN])
+    text = _printable(" ".join(unresolved.text.split())[:_SHOWN])
     labels = [city.landmark(c).label for c in unresolved.candidates]
     if not labels:
         known = [m.name for m in city.landmarks if m.name]
         # rapidfuzz ranks all names, however far, where the linker offers only the plausible ones.
-        labels = [name for name, _, _ in process.extract(said, known, limit=3)]
+        labels = [name for name, _, _ in process.extract(text, known, limit=3)]
     names = ", ".join(labels) or "none has a name"
-    return f"'{said}' was not found on map '{city.name}' (nearest: {names})"
+    return f"'{text}' was not found on map '{city.name}' (nearest: {names})"
 
 
 def _printable(text: str) -> str:

@@ -17,8 +17,10 @@ class Figures:
 
     Parameters
     ----------
-    finder : the objects that can be spoken of.
-    order : ids in the order they were first spoken of -> when they were last spoken of.
+    finder
+        The objects that can be spoken of.
+    order
+        Ids in the order they were first spoken of -> when they were last spoken of.
     """
 
     finder: FigureFinder
@@ -39,8 +41,8 @@ class Figures:
             return self._plural(ids)
         if mention.other:
             rest = tuple(i for i in ids if i not in self._last) or ids
-            spoken = tuple(i for i in rest if i in self.order)
-            return (spoken or rest)[:1]
+            mentioned = tuple(i for i in rest if i in self.order)
+            return (mentioned or rest)[:1]
         if len(ids) < 2:
             return ids
         recent = self._recent(ids)
@@ -50,8 +52,8 @@ class Figures:
         return ids[:1] if not self.open_ended else ()
 
     def _plural(self, ids: tuple[str, ...]) -> tuple[str, ...]:
-        spoken = tuple(i for i in ids if i in self.order)
-        return spoken if len(spoken) > 1 else ids
+        mentioned = tuple(i for i in ids if i in self.order)
+        return mentioned if len(mentioned) > 1 else ids
 
     def known(self, ids: tuple[str, ...]) -> tuple[str, ...]:
         """Return the first of the ids, the one last spoken of if one was."""
@@ -59,8 +61,8 @@ class Figures:
 
     def _recent(self, ids: tuple[str, ...]) -> tuple[str, ...]:
         """Return those of the ids that were spoken of, the latest first."""
-        spoken = [i for i in ids if i in self.order]
-        return tuple(sorted(spoken, key=lambda i: -self.order[i]))
+        mentioned = [i for i in ids if i in self.order]
+        return tuple(sorted(mentioned, key=lambda i: -self.order[i]))
 
     def spoke_of(self, ids: tuple[str, ...]) -> None:
         """Remember that these objects were the subject."""

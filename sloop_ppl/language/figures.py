@@ -23,12 +23,17 @@ class FigureMention:
 
     Parameters
     ----------
-    first, last : half-open range of words.
-    candidates : ids of the objects meant; several when the words do not tell them apart or
-        when all of them are meant.
-    plural : whether all candidates are meant.
-    other : whether the one that was not spoken of last is meant ("the other car").
-    back : whether the words only point back ("the red one", "the car").
+    first, last
+        Half-open range of words.
+    candidates
+        Ids of the objects meant; several when the words do not tell them apart or when all of them
+        are meant.
+    plural
+        Whether all candidates are meant.
+    other
+        Whether the one that was not spoken of last is meant ("the other car").
+    back
+        Whether the words only point back ("the red one", "the car").
     """
 
     first: int
@@ -45,7 +50,8 @@ class FigureFinder:
 
     Parameters
     ----------
-    declared : the objects that can be spoken of; None for the default ones and any others.
+    declared
+        The objects that can be spoken of; None for the default ones and any others.
     """
 
     declared: tuple[TargetObject, ...] | None
@@ -68,7 +74,7 @@ class FigureFinder:
             self._colours[target.id] = _plain(colour.lower()) if colour else None
             noun = (target.kind or (words[-1] if words else "")).lower()
             self._kinds[target.id] = kinds.get(noun, noun) or None
-        told = {w for names in self._names.values() for n in names for w in n}
+        name_words = {w for names in self._names.values() for n in names for w in n}
         self._nouns = (
             frozenset(
                 {n[-1] for names in self._names.values() for n in names}
@@ -76,15 +82,17 @@ class FigureFinder:
             )
             - lexicon().colours
         )
-        self.vocabulary = frozenset(told) | self._nouns
+        self.vocabulary = frozenset(name_words) | self._nouns
 
     def find(self, norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMention]:
         """Return the mentions among words that no landmark has taken, in order.
 
         Parameters
         ----------
-        norms : the words, spelling mended.
-        taken : whether each word is part of a name or of a kind of place.
+        norms
+            The words, spelling mended.
+        taken
+            Whether each word is part of a name or of a kind of place.
         """
         mentions: list[FigureMention] = []
         i = 0
@@ -156,14 +164,14 @@ class FigureFinder:
     def _fitting(self, words: list[str], colour: str | None) -> tuple[str, ...]:
         """Return the objects that fit best: colour decides, then the longest name, then kind."""
         kinds = lexicon().object_kinds
-        said = {kinds.get(w) or kinds.get(w[:-1]) or w for w in words}
+        mentioned_kinds = {kinds.get(w) or kinds.get(w[:-1]) or w for w in words}
         best: dict[str, int] = {}
         for target in self.known:
             own = self._colours[target.id]
             if colour and own and own != colour:
                 continue
             names = max((len(n) for n in self._names[target.id] if _within(n, words)), default=0)
-            if not names and self._kinds[target.id] not in said:
+            if not names and self._kinds[target.id] not in mentioned_kinds:
                 continue
             if not names and colour and own is None:
                 continue
@@ -185,8 +193,8 @@ def inferred_target(words: Sequence[str], mine: bool = False) -> TargetObject:
     colour = next((w for w in words[:-1] if w in lexicon().colours), None)
     lead = colour or ("my" if mine else "")
     kind = lexicon().object_kinds.get(noun, noun)
-    told = f"{lead} {noun}".strip()
-    return TargetObject(lead.capitalize() + noun.capitalize(), (told,), colour, kind)
+    phrase = f"{lead} {noun}".strip()
+    return TargetObject(lead.capitalize() + noun.capitalize(), (phrase,), colour, kind)
 
 
 _FINDERS: dict[tuple[TargetObject, ...] | None, FigureFinder] = {}

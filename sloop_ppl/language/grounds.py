@@ -32,12 +32,18 @@ class Ground:
 
     Parameters
     ----------
-    kind : ``landmark``, ``figure``, ``robot``, ``map`` or ``unknown``.
-    first, last : half-open range of words.
-    ids : id of the landmark, or ids of the figures; empty when unknown.
-    candidates : ids of the landmarks that come nearest.
-    confidence : how sure the link is, in [0, 1].
-    every : ids of all landmarks of the kind, where any of it is spoken of ("a bank").
+    kind
+        ``landmark``, ``figure``, ``robot``, ``map`` or ``unknown``.
+    first, last
+        Half-open range of words.
+    ids
+        Id of the landmark, or ids of the figures; empty when unknown.
+    candidates
+        Ids of the landmarks that come nearest.
+    confidence
+        How sure the link is, in [0, 1].
+    every
+        Ids of all landmarks of the kind, where any of it is spoken of ("a bank").
     """
 
     kind: str
@@ -55,9 +61,12 @@ class GroundReader:
 
     Parameters
     ----------
-    words, norms, items : the text, as it stands and with its spelling mended.
-    places : the map's places by name and kind.
-    chosen : landmark mention -> position of the landmark it stands for.
+    words, norms, items
+        The text, as it stands and with its spelling mended.
+    places
+        The map's places by name and kind.
+    chosen
+        Landmark mention -> position of the landmark it stands for.
     """
 
     words: Sequence[Word]
@@ -242,8 +251,8 @@ class GroundReader:
         if inner is not None:
             return inner
         span = self.items[first].first, self.items[at - 1].last
-        said = " ".join(w.low for w in self.words[span[0] : span[1]])
-        near = nearest_landmarks(said, self.places.index)
+        text = " ".join(w.low for w in self.words[span[0] : span[1]])
+        near = nearest_landmarks(text, self.places.index)
         return Ground("unknown", *span, (), near), at
 
     def _norms(self, item: Item) -> tuple[str, ...]:

@@ -50,9 +50,12 @@ class Item:
 
     Parameters
     ----------
-    kind : ``landmark``, ``figure``, ``cue``, ``dir``, ``distance``, ``place``, ``stop``, ...
-    first, last : half-open range of words.
-    value : what it stands for.
+    kind
+        ``landmark``, ``figure``, ``cue``, ``dir``, ``distance``, ``place``, ``stop``, ...
+    first, last
+        Half-open range of words.
+    value
+        What it stands for.
     """
 
     kind: str
@@ -89,9 +92,12 @@ def read_items(
 
     Parameters
     ----------
-    words : the text.
-    norms : the same words, spelling mended.
-    landmarks, figures, places : what was recognised, not overlapping.
+    words
+        The text.
+    norms
+        The same words, spelling mended.
+    landmarks, figures, places
+        What was recognised, not overlapping.
     """
     fixed = {m.first: Item("landmark", m.first, m.last, m) for m in landmarks}
     fixed |= {m.first: Item("figure", m.first, m.last, m) for m in figures}
@@ -144,14 +150,14 @@ def _longest_cue(
     """Return the longest cue at a word, some words inside it passed over."""
     cues = lexicon().cues
     best: Item | None = None
-    said: list[str] = []
+    matched: list[str] = []
     at = i
-    while at < len(norms) and len(said) < reach and at - i < reach + 2:
+    while at < len(norms) and len(matched) < reach and at - i < reach + 2:
         if at in fixed and not (fixed[at].kind == "place" and at > i):
             break
-        if not (said and norms[at] in inserted):
-            said.append(norms[at])
-            cue = cues.get(tuple(said))
+        if not (matched and norms[at] in inserted):
+            matched.append(norms[at])
+            cue = cues.get(tuple(matched))
             if cue is not None:
                 best = Item("cue", i, at + 1, Cue(*cue))
         at += 1

@@ -19,10 +19,14 @@ class Attached:
 
     Parameters
     ----------
-    figures : ids of the objects.
-    span : half-open range of the words that name them.
-    phrase : what is said.
-    confidence : how sure the attachment is, in [0, 1].
+    figures
+        Ids of the objects.
+    span
+        Half-open range of the words that name them.
+    phrase
+        What is said.
+    confidence
+        How sure the attachment is, in [0, 1].
     """
 
     figures: tuple[str, ...]
@@ -37,8 +41,10 @@ class Reading:
 
     Parameters
     ----------
-    attached : relation phrases with their objects.
-    loose : half-open ranges of words that were understood but found no home, with candidates.
+    attached
+        Relation phrases with their objects.
+    loose
+        Half-open ranges of words that were understood but found no home, with candidates.
     """
 
     attached: list[Attached] = field(default_factory=list)
@@ -51,10 +57,14 @@ class Ledger:
 
     Parameters
     ----------
-    reader : the items of the text.
-    figures : the objects spoken of.
-    reading : what has been taken down.
-    sentence : where this sentence's relations begin.
+    reader
+        The items of the text.
+    figures
+        The objects spoken of.
+    reading
+        What has been taken down.
+    sentence
+        Where this sentence's relations begin.
     """
 
     reader: GroundReader
@@ -108,25 +118,27 @@ class Ledger:
         )
         self.reading.loose += [g for g in phrase.grounds if g not in (*known, *any_of)]
         if known:
-            told = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
-            self.reading.attached.append(Attached(ids, span, told, confidence))
+            grounded = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
+            self.reading.attached.append(Attached(ids, span, grounded, confidence))
         for ground in any_of:
             every = tuple(
                 replace(ground, kind="landmark", ids=(one,), confidence=0.8) for one in ground.every
             )
-            told = replace(phrase, grounds=every, joint=False, each=True)
-            self.reading.attached.append(Attached(ids, span, told, confidence))
+            grounded = replace(phrase, grounds=every, joint=False, each=True)
+            self.reading.attached.append(Attached(ids, span, grounded, confidence))
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""
-        told = self.said[self.sentence :]
-        said = range(0)
-        if told:
-            said = range(told[0].span[0], min(len(self.reader.words), told[-1].phrase.last + 3))
-        if not any(self.reader.words[k].low == "respectively" for k in said):
+        attached = self.said[self.sentence :]
+        positions = range(0)
+        if attached:
+            positions = range(
+                attached[0].span[0], min(len(self.reader.words), attached[-1].phrase.last + 3)
+            )
+        if not any(self.reader.words[k].low == "respectively" for k in positions):
             return
         dealt: list[Attached] = []
-        for one in told:
+        for one in attached:
             if len(one.figures) == len(one.phrase.grounds) and len(one.figures) > 1:
                 dealt += [
                     replace(
@@ -137,8 +149,10 @@ class Ledger:
             else:
                 dealt.append(one)
         same = [d for d in dealt if len(d.figures) > 1]
-        if len(same) == len(told) == len(told[0].figures):
-            dealt = [replace(d, figures=(f,)) for d, f in zip(same, told[0].figures, strict=True)]
+        if len(same) == len(attached) == len(attached[0].figures):
+            dealt = [
+                replace(d, figures=(f,)) for d, f in zip(same, attached[0].figures, strict=True)
+            ]
         self.said[self.sentence :] = dealt
 
 

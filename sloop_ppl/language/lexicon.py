@@ -27,10 +27,14 @@ class PlaceKind:
 
     Parameters
     ----------
-    words : what it is called, canonical words joined by a space.
-    names : words in a landmark's name that give it away.
-    amenities : values of the property ``amenity``.
-    kinds : kinds of landmark.
+    words
+        What it is called, canonical words joined by a space.
+    names
+        Words in a landmark's name that give it away.
+    amenities
+        Values of the property ``amenity``.
+    kinds
+        Kinds of landmark.
     """
 
     name: str
@@ -46,19 +50,31 @@ class Lexicon:
 
     Parameters
     ----------
-    classes : word -> the closed classes it belongs to.
-    directions : word -> canonical relation, such as ``"upper" -> "top"``.
-    cues : word tuples -> (canonical relation, whether the form itself negates); of two relations
-        with one form that which was added later has it.
-    abbreviations : short word -> full word.
-    units_m : unit -> metres.
-    numbers : number word -> value.
-    colours : words for colours.
-    object_kinds : noun or make -> kind of object.
-    place_kinds : kinds of places, in file order.
-    generic, stop, compass, common : words that weigh little, nothing, or need company in names.
-    closed : every word above, those that spelling is corrected to.
-    plain : everyday words that are never corrected.
+    classes
+        Word -> the closed classes it belongs to.
+    directions
+        Word -> canonical relation, such as ``"upper" -> "top"``.
+    cues
+        Word tuples -> (canonical relation, whether the form itself negates); of two relations with
+        one form that which was added later has it.
+    abbreviations
+        Short word -> full word.
+    units_m
+        Unit -> metres.
+    numbers
+        Number word -> value.
+    colours
+        Words for colours.
+    object_kinds
+        Noun or make -> kind of object.
+    place_kinds
+        Kinds of places, in file order.
+    generic, stop, compass, common
+        Words that weigh little, nothing, or need company in names.
+    closed
+        Every word above, those that spelling is corrected to.
+    plain
+        Everyday words that are never corrected.
     """
 
     classes: Mapping[str, frozenset[str]]

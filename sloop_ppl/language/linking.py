@@ -25,11 +25,15 @@ class LandmarkMention:
 
     Parameters
     ----------
-    first, last : half-open range of words.
-    candidates : positions of landmarks in the map, best first; several when the words do not
-        tell them apart.
-    score : share of the name's weight that was found, in (0, 1].
-    rivals : positions of landmarks that fit the words less well.
+    first, last
+        Half-open range of words.
+    candidates
+        Positions of landmarks in the map, best first; several when the words do not tell them
+        apart.
+    score
+        Share of the name's weight that was found, in (0, 1].
+    rivals
+        Positions of landmarks that fit the words less well.
     """
 
     first: int
@@ -57,8 +61,10 @@ def link_landmarks(words: Sequence[Word], index: NameIndex) -> list[LandmarkMent
 
     Parameters
     ----------
-    words : the text.
-    index : names of the map.
+    words
+        The text.
+    index
+        Names of the map.
     """
     spots = _spots(words, index)
     cased = any(w.text[:1].isupper() for w in words[1:])
@@ -175,14 +181,14 @@ def _judge(
     """Return the fit when enough of the name was said, else None."""
     first, last = chosen[0][0], chosen[-1][1]
     coverage = matched / name.total
-    telling = [
+    informative = [
         (hit, name.tokens[p])
         for _, _, hit in chosen
         for p in range(hit.first, hit.last)
         if name.telling[p]
     ]
     known = lexicon()
-    if not telling:
+    if not informative:
         whole = sum(h.last - h.first for _, _, h in chosen) == len(name.tokens)
         if not (whole and (len(name.tokens) > 1 or not _is_kind_word(name.tokens[0]))):
             return None
@@ -191,18 +197,18 @@ def _judge(
             len(chosen) > 1
             and chosen[-1][2].last == len(name.tokens)
             and coverage >= _ACCEPT_HEADED
-            and any(hit.similarity == 1.0 for hit, _ in telling)
+            and any(hit.similarity == 1.0 for hit, _ in informative)
         )
         rare = headed or any(
             hit.similarity >= (1.0 if len(t) < 5 else _ALONE)
             and t not in known.common
             and t not in known.closed
-            for hit, t in telling
+            for hit, t in informative
         )
         if not rare or coverage < _ACCEPT_RARE:
             return None
     elif len(chosen) == 1:
-        hit, token = telling[0]
+        hit, token = informative[0]
         if hit.similarity < _ALONE or (hit.similarity < 1.0 and len(token) < 5):
             return None
         if len(name.tokens) > 1 and (token in known.common or token in known.closed):
@@ -221,14 +227,14 @@ def _compass_conflict(
 ) -> bool:
     """Whether the text says another compass word than the name does ("East" for "West 6th")."""
     compass = lexicon().compass
-    said = [t for t in name.tokens if t in compass]
+    compass_words = [t for t in name.tokens if t in compass]
     first = chosen[0][0]
-    if not said or first == 0 or name.tokens[chosen[0][2].first] in compass:
+    if not compass_words or first == 0 or name.tokens[chosen[0][2].first] in compass:
         return False
     before = words[first - 1]
     if before.low == "." and first > 1:
         before = words[first - 2]
-    return canonical(before.low) in compass and canonical(before.low) not in said
+    return canonical(before.low) in compass and canonical(before.low) not in compass_words
 
 
 def _common_noun(words: Sequence[Word], fit: _Fit) -> bool:

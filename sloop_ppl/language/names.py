@@ -28,11 +28,16 @@ class Name:
 
     Parameters
     ----------
-    landmark : position of the landmark in the map.
-    tokens : canonical words.
-    weights : how much each word tells, in (0, 1].
-    telling : whether each word alone can give the landmark away.
-    total : sum of the weights.
+    landmark
+        Position of the landmark in the map.
+    tokens
+        Canonical words.
+    weights
+        How much each word tells, in (0, 1].
+    telling
+        Whether each word alone can give the landmark away.
+    total
+        Sum of the weights.
     """
 
     landmark: int
@@ -75,14 +80,15 @@ class NameIndex:
 
     Parameters
     ----------
-    city : the map; landmarks without a name are found by kind only.
+    city
+        The map; landmarks without a name are found by kind only.
     """
 
     def __init__(self, city: CityMap) -> None:
         self.landmarks: tuple[Landmark, ...] = city.landmarks
-        told = _named_tokens(city)
-        count = Counter(t for _, t in {(i, t) for i, tokens in told for t in tokens})
-        self.names = [_name(i, tokens, count) for i, tokens in told]
+        named_tokens = _named_tokens(city)
+        count = Counter(t for _, t in {(i, t) for i, tokens in named_tokens for t in tokens})
+        self.names = [_name(i, tokens, count) for i, tokens in named_tokens]
         self.spelt = [" ".join(name.tokens) for name in self.names]
         self.vocabulary: dict[str, list[Hit]] = {}
         self.joined: dict[str, list[Hit]] = {}
@@ -145,15 +151,24 @@ class NameIndex:
             token
             for name in self.names
             if self.landmarks[name.landmark].kind in _STREET_KINDS
-            for token, telling in zip(name.tokens, name.telling, strict=True)
-            if telling
+            for token, is_informative in zip(name.tokens, name.telling, strict=True)
+            if is_informative
         }
         found = set()
         for name in self.names:
             landmark = self.landmarks[name.landmark]
-            told = [t for t, telling in zip(name.tokens, name.telling, strict=True) if telling]
+            informative = [
+                t
+                for t, is_informative in zip(name.tokens, name.telling, strict=True)
+                if is_informative
+            ]
             joined = re.search(r"[&+/]| and ", landmark.name or "")
-            if landmark.kind == "poi" and joined and len(told) > 1 and streets.issuperset(told):
+            if (
+                landmark.kind == "poi"
+                and joined
+                and len(informative) > 1
+                and streets.issuperset(informative)
+            ):
                 found.add(name.landmark)
         return frozenset(found)
 
@@ -177,17 +192,17 @@ def _digits(token: str) -> bool:
 
 def _named_tokens(city: CityMap) -> list[tuple[int, tuple[str, ...]]]:
     """Return the distinct names of every landmark as canonical words."""
-    told: dict[tuple[int, tuple[str, ...]], None] = {}
+    named: dict[tuple[int, tuple[str, ...]], None] = {}
     for i, landmark in enumerate(city.landmarks):
         for name in (landmark.name, *landmark.aliases):
             if name:
-                told[i, _tokens(name)] = None
+                named[i, _tokens(name)] = None
         symbol = landmark.id.rsplit("/", 1)[-1]
         if landmark.name and symbol.isalpha():
             spelt = _tokens(" ".join(camel_words(symbol)))
-            if all("".join(spelt) != "".join(tokens) for j, tokens in told if j == i):
-                told[i, spelt] = None
-    return [(i, tokens) for i, tokens in told if tokens]
+            if all("".join(spelt) != "".join(tokens) for j, tokens in named if j == i):
+                named[i, spelt] = None
+    return [(i, tokens) for i, tokens in named if tokens]
 
 
 def _tokens(name: str) -> tuple[str, ...]:
@@ -200,10 +215,10 @@ def _tokens(name: str) -> tuple[str, ...]:
 
 def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
     words = lexicon()
-    weights, telling = [], []
+    weights, informative = [], []
     for token in tokens:
         light = token in words.stop or token in words.generic or token in words.compass
-        telling.append(not light)
+        informative.append(not light)
         if token in words.stop:
             weights.append(0.1)
         elif token in words.compass:
@@ -212,4 +227,4 @@ def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
             weights.append(0.2 if token in _STREET_TYPES else 0.25)
         else:
             weights.append(max(0.8, 1.1 - 0.1 * count[token]))
-    return Name(landmark, tokens, tuple(weights), tuple(telling), sum(weights))
+    return Name(landmark, tokens, tuple(weights), tuple(informative), sum(weights))

@@ -28,9 +28,12 @@ class Parser(Protocol):
 
         Parameters
         ----------
-        text : any text.
-        city : the map; grounds are ids of its landmarks.
-        targets : the objects it can speak of; None for the default ones and any others.
+        text
+            Any text.
+        city
+            The map; grounds are ids of its landmarks.
+        targets
+            The objects it can speak of; None for the default ones and any others.
         """
         ...
 
@@ -44,13 +47,15 @@ def find_parser(name: str) -> Parser:
 
     Parameters
     ----------
-    name : a registered name, or ``"module:name"``; modules are also looked for in the working
-        folder.
+    name
+        A registered name, or ``"module:name"``; modules are also looked for in the working folder.
 
     Raises
     ------
-    UnknownName : when no parser is registered by the name.
-    InputError : when the module cannot be imported, or holds no such callable.
+    UnknownName
+        When no parser is registered by the name.
+    InputError
+        When the module cannot be imported, or holds no such callable.
     """
     if ":" not in name:
         return PARSERS[name]
@@ -96,12 +101,17 @@ def parse(
 
     Parameters
     ----------
-    text : what a person says.
-    city : the map it speaks of.
-    targets : the objects that it can speak of; None for GreenToyota, RedHonda and RedBike, and
-        for any other object the text names.
-    parser : name of a registered parser, ``"module:name"`` of one of yours, or a parser.
-    viewpoint : where who speaks looks from; see :class:`sloop_ppl.language.Description`.
+    text
+        What a person says.
+    city
+        The map it speaks of.
+    targets
+        The objects that it can speak of; None for GreenToyota, RedHonda and RedBike, and for any
+        other object the text names.
+    parser
+        Name of a registered parser, ``"module:name"`` of one of yours, or a parser.
+    viewpoint
+        Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
 
     Returns
     -------
@@ -111,9 +121,12 @@ def parse(
 
     Raises
     ------
-    UnknownName : when no parser has this name, or there is no such viewpoint.
-    InputError : when `text` is not a string.
-    DescriptionError : when two targets share an id.
+    UnknownName
+        When no parser has this name, or there is no such viewpoint.
+    InputError
+        When `text` is not a string.
+    DescriptionError
+        When two targets share an id.
 
     Examples
     --------

@@ -30,10 +30,14 @@ class PathRelation:
 
     Parameters
     ----------
-    figure, ground : positions of their tokens.
-    relation : canonical relation.
-    cue : positions of the tokens of the relation word.
-    negated : whether "not" hangs on the path.
+    figure, ground
+        Positions of their tokens.
+    relation
+        Canonical relation.
+    cue
+        Positions of the tokens of the relation word.
+    negated
+        Whether "not" hangs on the path.
     """
 
     figure: int
@@ -50,9 +54,12 @@ def relations_on_paths(
 
     Parameters
     ----------
-    doc : a text parsed with CLEAR labels.
-    figures, grounds : positions of the tokens (the heads) that name targets and landmarks.
-    every_path : whether paths through other figures and into other clauses count too.
+    doc
+        A text parsed with CLEAR labels.
+    figures, grounds
+        Positions of the tokens (the heads) that name targets and landmarks.
+    every_path
+        Whether paths through other figures and into other clauses count too.
 
     Returns
     -------
@@ -79,8 +86,8 @@ def relations_on_paths(
             path = _path(doc[figure], doc[ground])
             if not every_path and _crosses(path, doc[figure], named):
                 continue
-            told = _told(path)
-            found += [PathRelation(figure, ground, *relation) for relation in told]
+            relations = _told(path)
+            found += [PathRelation(figure, ground, *relation) for relation in relations]
     return found
 
 

@@ -22,17 +22,28 @@ class RelationPhrase:
 
     Parameters
     ----------
-    relations : canonical relations, at least one unless only a ground was understood.
-    grounds : what they are about; for `joint` relations all at once.
-    joint : whether the grounds belong to one relation (between, corner).
-    corner : whether that is a corner.
-    part : whether a part was named ("side", "corner").
-    own : whether it is a side of what was spoken of ("to its left").
-    each : whether it holds of each ground by itself ("not near a bank").
-    negated : whether the phrase is denied.
-    distance_m : the distance that was said.
-    cue : half-open range of words of the cue.
-    last : word after the phrase.
+    relations
+        Canonical relations, at least one unless only a ground was understood.
+    grounds
+        What they are about; for `joint` relations all at once.
+    joint
+        Whether the grounds belong to one relation (between, corner).
+    corner
+        Whether that is a corner.
+    part
+        Whether a part was named ("side", "corner").
+    own
+        Whether it is a side of what was spoken of ("to its left").
+    each
+        Whether it holds of each ground by itself ("not near a bank").
+    negated
+        Whether the phrase is denied.
+    distance_m
+        The distance that was said.
+    cue
+        Half-open range of words of the cue.
+    last
+        Word after the phrase.
     """
 
     relations: tuple[str, ...]
@@ -53,8 +64,10 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
 
     Parameters
     ----------
-    reader : the text's items and the places spoken of so far.
-    at : position of the first item; a distance may come first.
+    reader
+        The text's items and the places spoken of so far.
+    at
+        Position of the first item; a distance may come first.
     """
     start, distance = at, None
     at = reader.past(at, "skip")

@@ -46,7 +46,8 @@ class WordTokenizer:
 
     Parameters
     ----------
-    vocab : the vocabulary of the pipeline.
+    vocab
+        The vocabulary of the pipeline.
     """
 
     def __init__(self, vocab: Vocab) -> None:
@@ -111,9 +112,12 @@ def make_landmarks(
 
     Parameters
     ----------
-    nlp, name : given by spaCy.
-    map : bundled name or path of the map; None when each ``Doc`` brings its own.
-    targets : path of a targets file; None for the default objects and any others.
+    nlp, name
+        Given by spaCy.
+    map
+        Bundled name or path of the map; None when each ``Doc`` brings its own.
+    targets
+        Path of a targets file; None for the default objects and any others.
     """
     city = None if map is None else load_map(map)
     declared = None if targets is None else load_targets(targets)
@@ -186,8 +190,10 @@ def load_pipeline(map: str | None = None, targets: str | None = None) -> Languag
 
     Parameters
     ----------
-    map : bundled name or path of the map; None when each ``Doc`` brings its own.
-    targets : path of a targets file; None for the default objects and any others.
+    map
+        Bundled name or path of the map; None when each ``Doc`` brings its own.
+    targets
+        Path of a targets file; None for the default objects and any others.
 
     Examples
     --------

@@ -16,7 +16,8 @@ class PlaceIndex:
 
     Parameters
     ----------
-    city : the map.
+    city
+        The map.
     """
 
     def __init__(self, city: CityMap) -> None:
@@ -43,8 +44,10 @@ class PlaceIndex:
 
         Parameters
         ----------
-        kind : name of the kind.
-        said : the words, which decide among equals when they stand in a name.
+        kind
+            Name of the kind.
+        said
+            The words, which decide among equals when they stand in a name.
         """
         scores = self._scores.get(kind, {})
         top = max(scores.values(), default=0.0)
@@ -68,8 +71,8 @@ class PlaceIndex:
         wanted = [tuple(canonical(w) for w in n.split()) for n in kind.names]
         scores: dict[str, float] = {}
         names: dict[int, list[tuple[str, ...]]] = {}
-        for told in self.index.names:
-            names.setdefault(told.landmark, []).append(told.tokens)
+        for entry in self.index.names:
+            names.setdefault(entry.landmark, []).append(entry.tokens)
         for i, landmark in enumerate(self.index.landmarks):
             tokens = names.get(i, [])
             if not landmark.name:

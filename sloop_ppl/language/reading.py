@@ -36,12 +36,18 @@ class TextReading:
 
     Parameters
     ----------
-    text : the text.
-    city : the map.
-    words, norms : its words, and the same with their spelling mended.
-    landmarks, figures, places, items : what was recognised.
-    reading : which relation phrases locate which objects.
-    targets : the objects spoken of.
+    text
+        The text.
+    city
+        The map.
+    words, norms
+        Its words, and the same with their spelling mended.
+    landmarks, figures, places, items
+        What was recognised.
+    reading
+        Which relation phrases locate which objects.
+    targets
+        The objects spoken of.
     """
 
     text: str
@@ -108,8 +114,8 @@ def relate(state: TextReading) -> None:
 
 
 def _inferred(symbol: str, mention: FigureMention, state: TextReading) -> TargetObject:
-    said = " ".join(w.low for w in state.words[mention.first : mention.last])
-    return TargetObject(symbol, (said,))
+    text = " ".join(w.low for w in state.words[mention.first : mention.last])
+    return TargetObject(symbol, (text,))
 
 
 def settle(state: TextReading) -> dict[int, int]:
@@ -120,9 +126,9 @@ def settle(state: TextReading) -> dict[int, int]:
     """
     homes = Counter[str]()
     for mention in state.landmarks:
-        told = {state.places.home(c) for c in mention.candidates}
-        for home in told:
-            homes[home] += 4 // len(told) if len(told) < 4 else 1
+        candidate_homes = {state.places.home(c) for c in mention.candidates}
+        for home in candidate_homes:
+            homes[home] += 4 // len(candidate_homes) if len(candidate_homes) < 4 else 1
     chosen: dict[int, int] = {}
     for mention in state.landmarks:
         fit = max(

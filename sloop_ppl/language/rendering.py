@@ -30,9 +30,12 @@ class Role:
 
     Parameters
     ----------
-    start, end : half-open character range.
-    role : ``figure``, ``relation``, ``ground`` or ``unresolved``.
-    label : the id or the relation it stands for.
+    start, end
+        Half-open character range.
+    role
+        ``figure``, ``relation``, ``ground`` or ``unresolved``.
+    label
+        The id or the relation it stands for.
     """
 
     start: int
@@ -47,29 +50,29 @@ def roles(description: Description) -> tuple[Role, ...]:
     Where one stretch has several roles the figure goes before the ground, the ground before the
     relation, and the shorter stretch before the longer.
     """
-    said: dict[tuple[int, int, str], dict[str, None]] = {}
+    labels: dict[tuple[int, int, str], dict[str, None]] = {}
     for relation in description.relations:
         spans = relation.spans
         if spans is None:
             continue
-        told = [(spans.figure, "figure", relation.figure)]
+        entries = [(spans.figure, "figure", relation.figure)]
         word = f"not {relation.relation}" if relation.negated else relation.relation
-        told.append((spans.relation, "relation", word))
-        told += [
+        entries.append((spans.relation, "relation", word))
+        entries += [
             (span, "ground", ground)
             for span, ground in zip(spans.grounds, relation.grounds, strict=True)
         ]
-        for span, role, label in told:
-            said.setdefault((*span, role), {})[label] = None
+        for span, role, label in entries:
+            labels.setdefault((*span, role), {})[label] = None
     for loose in description.unresolved:
-        said.setdefault((*loose.span, "unresolved"), {})["?"] = None
+        labels.setdefault((*loose.span, "unresolved"), {})["?"] = None
     taken: list[Role] = []
-    wanted = sorted(said, key=lambda k: (_ORDER.index(k[2]), k[1] - k[0], k[0]))
+    wanted = sorted(labels, key=lambda k: (_ORDER.index(k[2]), k[1] - k[0], k[0]))
     owned = bytearray(len(description.text))
     for start, end, role in wanted:
         if end > start and not any(owned[start:end]):
             owned[start:end] = b"\1" * (end - start)
-            taken.append(Role(start, end, role, ", ".join(said[start, end, role])))
+            taken.append(Role(start, end, role, ", ".join(labels[start, end, role])))
     return tuple(sorted(taken, key=lambda r: r.start))
 
 

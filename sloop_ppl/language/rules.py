@@ -51,9 +51,12 @@ def begin(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> T
 
     Parameters
     ----------
-    text : the text, `encodable`.
-    city : the map it speaks of.
-    targets : the objects it can speak of; None for the default ones and any others.
+    text
+        The text, `encodable`.
+    city
+        The map it speaks of.
+    targets
+        The objects it can speak of; None for the default ones and any others.
     """
     return TextReading(text, city, place_index(city), figure_finder(targets))
 
@@ -65,9 +68,12 @@ def read_rules(
 
     Parameters
     ----------
-    text : any text; what is not understood is reported, never an error.
-    city : the map it speaks of.
-    targets : the objects it can speak of; None for the default ones and any others.
+    text
+        Any text; what is not understood is reported, never an error.
+    city
+        The map it speaks of.
+    targets
+        The objects it can speak of; None for the default ones and any others.
     """
     state = begin(encodable(text), city, targets)
     for step in STEPS.values():

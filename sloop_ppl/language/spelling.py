@@ -56,8 +56,10 @@ def split_run_ons(words: Sequence[Word], vocabulary: Collection[str]) -> list[Wo
 
     Parameters
     ----------
-    words : the text.
-    vocabulary : the words of the map and of the targets.
+    words
+        The text.
+    vocabulary
+        The words of the map and of the targets.
     """
     known = lexicon()
     mended: list[Word] = []

@@ -37,13 +37,14 @@ def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
 
     Parameters
     ----------
-    path : JSON file: a list of ``{"id", "names": [...], "colour", "kind"}``; only `id` is
-        required.
+    path
+        JSON file: a list of ``{"id", "names": [...], "colour", "kind"}``; only `id` is required.
 
     Raises
     ------
-    DescriptionError : when the file cannot be read or does not follow the format; the message
-        names the entry and the field.
+    DescriptionError
+        When the file cannot be read or does not follow the format; the message names the entry and
+        the field.
 
     Examples
     --------
@@ -52,7 +53,7 @@ def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
     sloop_ppl.errors.DescriptionError: Targets file 'none.json' cannot be read: No such file ...
     """
     try:
-        told = json.loads(Path(path).read_text("utf-8"))
+        payload = json.loads(Path(path).read_text("utf-8"))
     except OSError as error:
         raise DescriptionError(
             f"Targets file '{path}' cannot be read: {error.strerror or error}"
@@ -61,11 +62,11 @@ def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
         raise DescriptionError(
             f"Targets file '{path}' is not JSON ({error}); expected a list of objects with an 'id'"
         ) from error
-    if not isinstance(told, list) or not told:
+    if not isinstance(payload, list) or not payload:
         raise DescriptionError(
-            f"Targets file '{path}' holds {_said(told)}; expected a list of objects with an 'id'"
+            f"Targets file '{path}' holds {_said(payload)}; expected a list of objects with an 'id'"
         )
-    targets = tuple(_target(path, i, entry) for i, entry in enumerate(told))
+    targets = tuple(_target(path, i, entry) for i, entry in enumerate(payload))
     check_targets(targets, f"Targets file '{path}'")
     return targets
 
@@ -106,5 +107,5 @@ def _target(path: str | Path, number: int, entry: Any) -> TargetObject:
 
 def _said(value: Any) -> str:
     """Return a short wording of a JSON value."""
-    told = json.dumps(value, ensure_ascii=False)
-    return told if len(told) <= 40 else told[:37] + "..."
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -30,10 +30,14 @@ class TargetObject:
 
     Parameters
     ----------
-    id : CamelCase symbol, such as ``"GreenToyota"``.
-    names : what people call it, such as ``("green toyota", "green car")``.
-    colour : its colour, if it has a telling one.
-    kind : what sort of thing it is, such as ``"car"``.
+    id
+        CamelCase symbol, such as ``"GreenToyota"``.
+    names
+        What people call it, such as ``("green toyota", "green car")``.
+    colour
+        Its colour, if it has a telling one.
+    kind
+        What sort of thing it is, such as ``"car"``.
     """
 
     id: str
@@ -57,20 +61,30 @@ class SpatialRelation:
 
     Parameters
     ----------
-    figure : id of the target that is located.
-    relation : canonical relation word.
-    grounds : ids of the landmarks it is located by, at least one; several for "between A and B"
-        and "at the corner of A and B".
-    negated : True for "not behind the bank".
-    distance_m : the distance that was said, metres, or None.
-    confidence : how sure the parser is, in [0, 1].
-    spans : where it was read; None when it was not read from text.
-    each : True when it holds of each ground by itself: "not near a bank" denies every bank.
+    figure
+        Id of the target that is located.
+    relation
+        Canonical relation word.
+    grounds
+        Ids of the landmarks it is located by, at least one; several for "between A and B" and "at
+        the corner of A and B".
+    negated
+        True for "not behind the bank".
+    distance_m
+        The distance that was said, metres, or None.
+    confidence
+        How sure the parser is, in [0, 1].
+    spans
+        Where it was read; None when it was not read from text.
+    each
+        True when it holds of each ground by itself: "not near a bank" denies every bank.
 
     Raises
     ------
-    UnknownName : when `relation` is not a canonical word.
-    DescriptionError : when `grounds` is empty.
+    UnknownName
+        When `relation` is not a canonical word.
+    DescriptionError
+        When `grounds` is empty.
     """
 
     figure: str
@@ -103,9 +117,12 @@ class Unresolved:
 
     Parameters
     ----------
-    text : the words.
-    span : where they stand, half-open character range.
-    candidates : ids of the landmarks that come nearest, best first.
+    text
+        The words.
+    span
+        Where they stand, half-open character range.
+    candidates
+        Ids of the landmarks that come nearest, best first.
     """
 
     text: str
@@ -119,22 +136,30 @@ class Description:
 
     Parameters
     ----------
-    text : the words.
-    map : name of the map its grounds are on.
-    targets : the objects it speaks of.
-    relations : what it says about them.
-    unresolved : what was not understood.
-    speaker : who says it; None for a person of whom nothing else is known. What one speaker says
-        in several texts is one longer description; several speakers are independent.
-    viewpoint : ``"map"`` for who looks at a map, whose up is north, as all did in the paper;
-        ``"ground"`` for who stands in the city. Then up, down, above, below, under and top are no
-        compass words: each relation is put as what it means there (`Relation.from_ground` of its
-        record), so that "under the bridge" is at it and "up the street" near it, in no direction
-        that is known. Sides of the map itself ("the top of the map") stay what they are.
+    text
+        The words.
+    map
+        Name of the map its grounds are on.
+    targets
+        The objects it speaks of.
+    relations
+        What it says about them.
+    unresolved
+        What was not understood.
+    speaker
+        Who says it; None for a person of whom nothing else is known. What one speaker says in
+        several texts is one longer description; several speakers are independent.
+    viewpoint
+        ``"map"`` for who looks at a map, whose up is north, as all did in the paper; ``"ground"``
+        for who stands in the city. Then up, down, above, below, under and top are no compass words:
+        each relation is put as what it means there (`Relation.from_ground` of its record), so that
+        "under the bridge" is at it and "up the street" near it, in no direction that is known.
+        Sides of the map itself ("the top of the map") stay what they are.
 
     Raises
     ------
-    UnknownName : for another viewpoint.
+    UnknownName
+        For another viewpoint.
     """
 
     text: str
@@ -174,7 +199,8 @@ def check_viewpoint(name: str) -> Viewpoint:
 
     Raises
     ------
-    UnknownName : when it is none.
+    UnknownName
+        When it is none.
     """
     if name not in get_args(Viewpoint):
         raise UnknownName("viewpoint", name, get_args(Viewpoint))

@@ -29,12 +29,18 @@ class Word:
 
     Parameters
     ----------
-    text : the characters as they stand (of a run of marks the first).
-    low : the same in lower case, without accents, with straight apostrophes.
-    start, end : half-open character range.
-    kind : ``"word"``, ``"number"`` or ``"mark"``.
-    spaced : whether white space (or the beginning of the text) stands before it.
-    breaks : whether a line break stands before it.
+    text
+        The characters as they stand (of a run of marks the first).
+    low
+        The same in lower case, without accents, with straight apostrophes.
+    start, end
+        Half-open character range.
+    kind
+        ``"word"``, ``"number"`` or ``"mark"``.
+    spaced
+        Whether white space (or the beginning of the text) stands before it.
+    breaks
+        Whether a line break stands before it.
     """
 
     text: str

@@ -24,13 +24,17 @@ def load_map(name_or_path: str | Path, cell_m: float | None = None) -> CityMap:
 
     Parameters
     ----------
-    name_or_path : a name that :func:`bundled_maps` lists, or the path of a ``.geojson`` file.
-    cell_m : side of a cell in metres; the map's own, else 5, when None.
+    name_or_path
+        A name that :func:`bundled_maps` lists, or the path of a ``.geojson`` file.
+    cell_m
+        Side of a cell in metres; the map's own, else 5, when None.
 
     Raises
     ------
-    UnknownName : when there is neither such a bundled map nor such a file.
-    MapError : when the file does not follow the format.
+    UnknownName
+        When there is neither such a bundled map nor such a file.
+    MapError
+        When the file does not follow the format.
 
     Examples
     --------

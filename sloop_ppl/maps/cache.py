@@ -17,7 +17,8 @@ class BoundedCache:
 
     Parameters
     ----------
-    budget_bytes : what the entries may cost together; one entry may cost more on its own.
+    budget_bytes
+        What the entries may cost together; one entry may cost more on its own.
 
     Examples
     --------

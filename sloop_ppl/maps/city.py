@@ -43,15 +43,21 @@ class CityMap:
 
     Parameters
     ----------
-    name : what the map is called.
-    grid : its cells and frame.
-    landmarks : its landmarks, ids unique.
-    attribution : whom the data belong to.
-    properties : other top-level members of the map file.
+    name
+        What the map is called.
+    grid
+        Its cells and frame.
+    landmarks
+        Its landmarks, ids unique.
+    attribution
+        Whom the data belong to.
+    properties
+        Other top-level members of the map file.
 
     Raises
     ------
-    MapError : when two landmarks share an id, or a poi stands within an unknown landmark.
+    MapError
+        When two landmarks share an id, or a poi stands within an unknown landmark.
     """
 
     name: str
@@ -96,7 +102,8 @@ class CityMap:
 
         Raises
         ------
-        UnknownName : when there is none; the message names the nearest.
+        UnknownName
+            When there is none; the message names the nearest.
         """
         by_id: dict[str, Landmark] = self._cache["", "by_id"]
         if landmark_id not in by_id:
@@ -158,9 +165,12 @@ class CityMap:
 
         Parameters
         ----------
-        x_m, y_m : the point, metres.
-        within_m : how far a footprint may be, metres, >= 0.
-        kinds : the kinds to look for; all of them when empty.
+        x_m, y_m
+            The point, metres.
+        within_m
+            How far a footprint may be, metres, >= 0.
+        kinds
+            The kinds to look for; all of them when empty.
 
         Returns
         -------
@@ -241,7 +251,7 @@ class CityMap:
     def digest(self) -> str:
         """Hash of name, grid and landmarks, by which saved results know their map."""
         if ("", "digest") not in self._cache:
-            told = json.dumps(
+            payload = json.dumps(
                 [
                     self.name,
                     self.grid.shape,
@@ -249,7 +259,7 @@ class CityMap:
                     [[m.id, m.kind, m.name, m.geometry.wkt] for m in self.landmarks],
                 ]
             )
-            self._cache["", "digest"] = hashlib.sha256(told.encode()).hexdigest()[:16]
+            self._cache["", "digest"] = hashlib.sha256(payload.encode()).hexdigest()[:16]
         digest: str = self._cache["", "digest"]
         return digest
 

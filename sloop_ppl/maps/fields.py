@@ -24,10 +24,14 @@ class LandmarkFields:
 
     Parameters
     ----------
-    grid : the grid the cells lie on.
-    cells : True on the landmark, at least once, shape (H, W).
-    centroid : x and y of the landmark's centroid, metres.
-    extent_m : the longer side of the landmark's bounding box, metres.
+    grid
+        The grid the cells lie on.
+    cells
+        True on the landmark, at least once, shape (H, W).
+    centroid
+        x and y of the landmark's centroid, metres.
+    extent_m
+        The longer side of the landmark's bounding box, metres.
     """
 
     grid: Grid
@@ -83,9 +87,13 @@ def landmark_fields(
 
     Parameters
     ----------
-    grid : the grid the cells lie on.
-    cells : True on the landmark, at least once, shape (H, W).
-    centroid : x and y of the landmark's centroid, metres.
-    extent_m : the longer side of its bounding box, metres.
+    grid
+        The grid the cells lie on.
+    cells
+        True on the landmark, at least once, shape (H, W).
+    centroid
+        x and y of the landmark's centroid, metres.
+    extent_m
+        The longer side of its bounding box, metres.
     """
     return LandmarkFields(grid, cells, centroid, extent_m)

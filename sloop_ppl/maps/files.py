@@ -21,12 +21,15 @@ def read_map(path: str | Path, cell_m: float | None = None) -> CityMap:
 
     Parameters
     ----------
-    path : a ``.geojson`` file.
-    cell_m : side of a cell in metres; the file's own, else 5, when None.
+    path
+        A ``.geojson`` file.
+    cell_m
+        Side of a cell in metres; the file's own, else 5, when None.
 
     Raises
     ------
-    MapError : when the file cannot be read or does not follow the format.
+    MapError
+        When the file cannot be read or does not follow the format.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -46,8 +49,10 @@ def check_map_path(path: str | Path) -> Path:
 
     Raises
     ------
-    InputError : when it does not end in ``.geojson`` or ``.json``.
-    OutputError : when its folder does not exist or it is a folder.
+    InputError
+        When it does not end in ``.geojson`` or ``.json``.
+    OutputError
+        When its folder does not exist or it is a folder.
     """
     path = Path(path)
     if path.suffix.lower() not in _ENDINGS:
@@ -66,8 +71,10 @@ def write_map(city: CityMap, path: str | Path) -> None:
 
     Raises
     ------
-    MapError : when the map has no centre on earth or holds what JSON cannot say.
-    OutputError : when the path cannot be written.
+    MapError
+        When the map has no centre on earth or holds what JSON cannot say.
+    OutputError
+        When the path cannot be written.
     """
     data = to_geojson(city)
     try:
@@ -84,7 +91,8 @@ def replace_file(path: Path, content: bytes) -> None:
 
     Raises
     ------
-    OutputError : when the path cannot be written; the file that was there is as before.
+    OutputError
+        When the path cannot be written; the file that was there is as before.
     """
     try:
         temporary = path.with_name(f".{path.name}.{os.getpid()}.part")

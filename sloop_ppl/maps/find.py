@@ -57,10 +57,13 @@ def find(landmarks: Sequence[Landmark], name: str, limit: int = 5) -> tuple[Land
 
     Parameters
     ----------
-    landmarks : where to look.
-    name : a name, an id, an alias or a kind ("the cafe", "bank"); case, accents, punctuation and
-        a leading article do not matter.
-    limit : how many may come back, >= 1.
+    landmarks
+        Where to look.
+    name
+        A name, an id, an alias or a kind ("the cafe", "bank"); case, accents, punctuation and a
+        leading article do not matter.
+    limit
+        How many may come back, >= 1.
 
     Returns
     -------
@@ -72,7 +75,8 @@ def find(landmarks: Sequence[Landmark], name: str, limit: int = 5) -> tuple[Land
 
     Raises
     ------
-    InputError : when `limit` is less than 1.
+    InputError
+        When `limit` is less than 1.
     """
     if limit < 1:
         raise InputError(f"limit is {limit}; expected 1 or more")

@@ -32,12 +32,16 @@ class Facing:
 
     Parameters
     ----------
-    source : ``"address"``, ``"entrance"`` or ``"nearest"``.
-    bearing_rad : the direction, anticlockwise from east, in (-pi, pi]. By address and nearest
-        street it leads from the building's centroid to the street's nearest point; by entrance it
-        is the outward normal of the wall with the door.
-    point_m : x and y of that point on the street, or of the door, metres.
-    street : the street it faces; None by entrance when no street is near.
+    source
+        ``"address"``, ``"entrance"`` or ``"nearest"``.
+    bearing_rad
+        The direction, anticlockwise from east, in (-pi, pi]. By address and nearest street it leads
+        from the building's centroid to the street's nearest point; by entrance it is the outward
+        normal of the wall with the door.
+    point_m
+        x and y of that point on the street, or of the door, metres.
+    street
+        The street it faces; None by entrance when no street is near.
     """
 
     source: str
@@ -52,10 +56,14 @@ class Frontage:
 
     Parameters
     ----------
-    building : the building.
-    by_address : towards the street of its address.
-    by_entrance : out of its main entrance.
-    by_nearest : towards the nearest named street or path; any path where the map names none.
+    building
+        The building.
+    by_address
+        Towards the street of its address.
+    by_entrance
+        Out of its main entrance.
+    by_nearest
+        Towards the nearest named street or path; any path where the map names none.
     """
 
     building: Landmark
@@ -84,12 +92,15 @@ def frontage(city: CityMap, building_id: str) -> Frontage:
 
     Parameters
     ----------
-    city : the map.
-    building_id : id of a building, or of anything else that stands somewhere.
+    city
+        The map.
+    building_id
+        Id of a building, or of anything else that stands somewhere.
 
     Raises
     ------
-    UnknownName : when the map has no such landmark.
+    UnknownName
+        When the map has no such landmark.
 
     Notes
     -----
@@ -114,9 +125,12 @@ def streets_of(city: CityMap, building_id: str, within_m: float = _ALONG_M) -> t
 
     Parameters
     ----------
-    city : the map.
-    building_id : id of the building.
-    within_m : how far a street may be from the building's wall, metres.
+    city
+        The map.
+    building_id
+        Id of the building.
+    within_m
+        How far a street may be from the building's wall, metres.
 
     Returns
     -------
@@ -126,7 +140,8 @@ def streets_of(city: CityMap, building_id: str, within_m: float = _ALONG_M) -> t
 
     Raises
     ------
-    UnknownName : when the map has no such landmark.
+    UnknownName
+        When the map has no such landmark.
     """
     building = city.landmark(building_id)
     walls = city.footprint(building_id)

@@ -40,13 +40,17 @@ def from_geojson(data: Any, cell_m: float | None = None, source: str = "map") ->
 
     Parameters
     ----------
-    data : the FeatureCollection as parsed by :mod:`json`.
-    cell_m : side of a cell in metres; the map's own, else 5, when None.
-    source : what to call the input in messages.
+    data
+        The FeatureCollection as parsed by :mod:`json`.
+    cell_m
+        Side of a cell in metres; the map's own, else 5, when None.
+    source
+        What to call the input in messages.
 
     Raises
     ------
-    MapError : when the data do not follow the format; it names the feature and the field.
+    MapError
+        When the data do not follow the format; it names the feature and the field.
     """
     check_schema(data, source)
     grid = _grid(data, cell_m, source)

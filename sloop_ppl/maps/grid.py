@@ -30,15 +30,19 @@ class Grid:
 
     Parameters
     ----------
-    west_m, south_m, east_m, north_m : extent, metres.
-    cell_m : side of a cell, metres, > 0.
-    centre : latitude and longitude of the frame's origin in degrees (WGS84), or None for a map
-        that is nowhere on earth.
+    west_m, south_m, east_m, north_m
+        Extent, metres.
+    cell_m
+        Side of a cell, metres, > 0.
+    centre
+        Latitude and longitude of the frame's origin in degrees (WGS84), or None for a map that is
+        nowhere on earth.
 
     Raises
     ------
-    InputError : when the extent is empty, a number is not finite, `cell_m` is not positive, or
-        there would be more than 50 million cells.
+    InputError
+        When the extent is empty, a number is not finite, `cell_m` is not positive, or there would
+        be more than 50 million cells.
 
     Notes
     -----
@@ -144,7 +148,8 @@ class Grid:
 
         Raises
         ------
-        OutsideMap : when the point is outside the extent; choose one inside it.
+        OutsideMap
+            When the point is outside the extent; choose one inside it.
         """
         if not self.contains(x_m, y_m):
             raise OutsideMap(
@@ -161,7 +166,8 @@ class Grid:
 
         Raises
         ------
-        OutsideMap : when no cell covers the point.
+        OutsideMap
+            When no cell covers the point.
         """
         col = math.floor((x_m - self.west_m) / self.cell_m + _SLACK)
         row = self.n_rows - 1 - math.floor((self.north_m - y_m) / self.cell_m + _SLACK)
@@ -178,7 +184,8 @@ class Grid:
 
         Raises
         ------
-        OutsideMap : when there is no such cell.
+        OutsideMap
+            When there is no such cell.
         """
         if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
             raise OutsideMap(
@@ -206,7 +213,8 @@ class Grid:
 
         Raises
         ------
-        InputError : when the grid has no `centre`.
+        InputError
+            When the grid has no `centre`.
         """
         lon, lat = self._projection(np.asarray(x_m), np.asarray(y_m), inverse=True)
         return np.asarray(lon), np.asarray(lat)
@@ -218,7 +226,8 @@ class Grid:
 
         Raises
         ------
-        InputError : when the grid has no `centre`.
+        InputError
+            When the grid has no `centre`.
         """
         x, y = self._projection(np.asarray(lon), np.asarray(lat))
         return np.asarray(x), np.asarray(y)

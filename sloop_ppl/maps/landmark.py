@@ -34,15 +34,24 @@ class Landmark:
 
     Parameters
     ----------
-    id : CamelCase symbol, unique within its map.
-    kind : one of `KINDS`.
-    geometry : shapely point, line or polygon (or several), metres.
-    name : what people call it; None when it has no name.
-    aliases : other names.
-    within : id of the building a poi stands in.
-    width_m : width of a line, metres.
-    properties : everything else the map file says about it.
-    members : members of its GeoJSON feature beside type, properties and geometry.
+    id
+        CamelCase symbol, unique within its map.
+    kind
+        One of `KINDS`.
+    geometry
+        Shapely point, line or polygon (or several), metres.
+    name
+        What people call it; None when it has no name.
+    aliases
+        Other names.
+    within
+        Id of the building a poi stands in.
+    width_m
+        Width of a line, metres.
+    properties
+        Everything else the map file says about it.
+    members
+        Members of its GeoJSON feature beside type, properties and geometry.
     """
 
     id: str

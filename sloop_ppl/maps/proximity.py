@@ -17,7 +17,8 @@ class NearestIndex:
 
     Parameters
     ----------
-    geometries : shapely geometries, metres.
+    geometries
+        Shapely geometries, metres.
     """
 
     def __init__(self, geometries: Sequence[BaseGeometry]) -> None:

@@ -23,9 +23,11 @@ def touched_cells(grid: Grid, geometry: BaseGeometry) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    grid : the grid.
-    geometry : shapely geometry in the grid's frame, metres. A point takes the cell that holds
-        it; anything else takes every cell whose closed square it meets, borders included.
+    grid
+        The grid.
+    geometry
+        Shapely geometry in the grid's frame, metres. A point takes the cell that holds it; anything
+        else takes every cell whose closed square it meets, borders included.
 
     Returns
     -------

@@ -30,13 +30,16 @@ def check_schema(data: Any, source: str) -> None:
 
     Parameters
     ----------
-    data : what :mod:`json` parsed.
-    source : what to call the input in messages.
+    data
+        What :mod:`json` parsed.
+    source
+        What to call the input in messages.
 
     Raises
     ------
-    MapError : at the first thing that does not follow the schema; one line that names the feature,
-        the field, what was found and what was expected.
+    MapError
+        At the first thing that does not follow the schema; one line that names the feature, the
+        field, what was found and what was expected.
     """
     try:
         _validator().validate(data)

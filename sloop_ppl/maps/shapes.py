@@ -23,8 +23,10 @@ def clip(
 
     Parameters
     ----------
-    geometry : shapely geometry, metres; areas must be valid.
-    extent_m : west, south, east, north, metres.
+    geometry
+        Shapely geometry, metres; areas must be valid.
+    extent_m
+        West, south, east, north, metres.
 
     Returns
     -------

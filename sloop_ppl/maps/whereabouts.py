@@ -30,8 +30,10 @@ def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
 
     Parameters
     ----------
-    city : the map.
-    x_m, y_m : the point, metres.
+    city
+        The map.
+    x_m, y_m
+        The point, metres.
 
     Examples
     --------
@@ -39,22 +41,22 @@ def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
     >>> whereabouts(load_map("cleveland"), -72.5, -77.5)
     '29 m west of Joseph and, 44 m from Johnson Court'
     """
-    said = []
+    parts = []
     landmark = nearest_landmark(city, x_m, y_m)
     if landmark is not None:
         measured = city.nearest(x_m, y_m, [landmark])
         distance = measured[1] if measured else 0.0
         if distance < city.grid.cell_m / 2:
-            said.append(f"at {landmark.label}")
+            parts.append(f"at {landmark.label}")
         else:
             x, y = city.centroid(landmark.id)
             octant = round(math.atan2(y_m - y, x_m - x) / (math.pi / 4)) % 8
-            said.append(f"{distance:.0f} m {COMPASS_POINTS[octant]} of {landmark.label}")
+            parts.append(f"{distance:.0f} m {COMPASS_POINTS[octant]} of {landmark.label}")
     paths = city.of_kind(*PATH_KINDS)
     street = city.nearest(x_m, y_m, [m for m in paths if m.name] or paths)
     if street is not None:
         near = street[1] <= city.grid.cell_m
-        said.append(
+        parts.append(
             f"on {street[0].label}" if near else f"{street[1]:.0f} m from {street[0].label}"
         )
-    return ", ".join(said) or f"at ({x_m:g}, {y_m:g}) m"
+    return ", ".join(parts) or f"at ({x_m:g}, {y_m:g}) m"

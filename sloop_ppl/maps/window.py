@@ -21,9 +21,12 @@ def window(city: CityMap, center: tuple[float, float], side_m: float) -> CityMap
 
     Parameters
     ----------
-    city : the map.
-    center : x and y of the middle of the piece, metres.
-    side_m : its side, metres, > 0. Where it reaches over the map's border it is cut there.
+    city
+        The map.
+    center
+        x and y of the middle of the piece, metres.
+    side_m
+        Its side, metres, > 0. Where it reaches over the map's border it is cut there.
 
     Returns
     -------
@@ -34,8 +37,10 @@ def window(city: CityMap, center: tuple[float, float], side_m: float) -> CityMap
 
     Raises
     ------
-    InputError : when `side_m` is not a positive number.
-    OutsideMap : when the centre is not on the map.
+    InputError
+        When `side_m` is not a positive number.
+    OutsideMap
+        When the centre is not on the map.
 
     Examples
     --------

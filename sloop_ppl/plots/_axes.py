@@ -55,8 +55,10 @@ def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
 
     Parameters
     ----------
-    ax : the axes.
-    extent_m : west, south, east and north limit, metres.
+    ax
+        The axes.
+    extent_m
+        West, south, east and north limit, metres.
     """
     west, south, east, north = extent_m
     size = font_pt(width_in(ax))

@@ -29,7 +29,8 @@ def check_cells(values: NDArray[np.float64], city: CityMap, what: str) -> NDArra
 
     Raises
     ------
-    InputError : when it has another shape than the map's grid, or a value that is not finite.
+    InputError
+        When it has another shape than the map's grid, or a value that is not finite.
     """
     array = np.asarray(values, dtype=np.float64)
     if array.shape != city.grid.shape:
@@ -47,8 +48,10 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    belief : probabilities, shape (H, W), sum one.
-    mass : in (0, 1].
+    belief
+        Probabilities, shape (H, W), sum one.
+    mass
+        Mass in (0, 1].
     """
     ordered = np.sort(belief, axis=None)[::-1]
     needed = int(np.searchsorted(np.cumsum(ordered), mass * belief.sum() * (1 - _TIE)))
@@ -89,11 +92,15 @@ def draw_cells(
 
     Parameters
     ----------
-    ax : axes in metres; its limits are left alone.
-    values : shape (H, W); cells below half a per cent of the greatest are left clear unless
-        `style` holds a ``norm`` or a ``vmin`` of its own.
-    grid : the cells.
-    **style : passed on to ``Axes.imshow``.
+    ax
+        Axes in metres; its limits are left alone.
+    values
+        Shape (H, W); cells below half a per cent of the greatest are left clear unless `style`
+        holds a ``norm`` or a ``vmin`` of its own.
+    grid
+        The cells.
+    **style
+        Passed on to ``Axes.imshow``.
     """
     west, south, east, north = grid.cells_extent_m
     limits = ax.get_xlim(), ax.get_ylim()

@@ -62,9 +62,12 @@ def draw_frames(
 
     Parameters
     ----------
-    ax : axes in metres.
-    city : the map.
-    frames : directions; those with a probability below 0.3 are left out, equal ones drawn once.
+    ax
+        Axes in metres.
+    city
+        The map.
+    frames
+        Directions; those with a probability below 0.3 are left out, equal ones drawn once.
 
     Returns
     -------

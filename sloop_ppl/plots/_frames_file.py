@@ -26,7 +26,8 @@ def find_ffmpeg() -> str:
 
     Raises
     ------
-    InputError : when there is none; install it or write a GIF.
+    InputError
+        When there is none; install it or write a GIF.
     """
     import shutil
 
@@ -46,9 +47,12 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
 
     Parameters
     ----------
-    frames : RGB pictures of equal size, at least one.
-    path : where to.
-    fps : frames a second, > 0; the last frame stays for two seconds.
+    frames
+        RGB pictures of equal size, at least one.
+    path
+        Where to write it.
+    fps
+        Frames a second, > 0; the last frame stays for two seconds.
     """
     from matplotlib.colors import to_rgb
     from PIL import Image as Pictures
@@ -79,14 +83,19 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
 
     Parameters
     ----------
-    frames : RGB pictures of equal and even size, at least one.
-    path : where to.
-    fps : frames a second, > 0.
-    ffmpeg : path of the program.
+    frames
+        RGB pictures of equal and even size, at least one.
+    path
+        Where to write it.
+    fps
+        Frames a second, > 0.
+    ffmpeg
+        Path of the program.
 
     Raises
     ------
-    OutputError : when ffmpeg fails; the message ends with what it said last.
+    OutputError
+        When ffmpeg fails; the message ends with what it said last.
     """
     width, height = frames[0].size
     command = [
@@ -98,5 +107,5 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
     raw = b"".join(f.tobytes() for f in frames)
     done = subprocess.run(command, input=raw, capture_output=True, check=False)
     if done.returncode != 0:
-        said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing"]
-        raise OutputError(f"The animation cannot be written; ffmpeg said: {said[-1]}")
+        messages = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing"]
+        raise OutputError(f"The animation cannot be written; ffmpeg said: {messages[-1]}")

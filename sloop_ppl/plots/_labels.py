@@ -21,9 +21,12 @@ class LabelLayer(Artist):
 
     Parameters
     ----------
-    labels : what to place, most wanted first.
-    obstacles : artists whose boxes no label may touch.
-    points : ``(x, y)`` in metres that labels keep clear of, shape (n, 2).
+    labels
+        What to place, most wanted first.
+    obstacles
+        Artists whose boxes no label may touch.
+    points
+        ``(x, y)`` in metres that labels keep clear of, shape (n, 2).
 
     Notes
     -----

@@ -93,9 +93,12 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
 
     Parameters
     ----------
-    ax : the axes.
-    handles : artists with labels, or tuples of them drawn on each other; none means no legend.
-    layer : the labels, which keep off a legend inside.
+    ax
+        The axes.
+    handles
+        Artists with labels, or tuples of them drawn on each other; none means no legend.
+    layer
+        The labels, which keep off a legend inside.
     """
     if not handles:
         return

@@ -37,14 +37,22 @@ class Label:
 
     Parameters
     ----------
-    text : the name.
-    geometry : what it names, metres: a point, a line or an area.
-    colour : colour of the letters.
-    size : size as a multiple of the map's label size.
-    weight : font weight.
-    style : font style.
-    must : True when it is to be placed even where it overhangs what it names.
-    gap_pt : how far off a point it stands, points.
+    text
+        The name.
+    geometry
+        What it names, metres: a point, a line or an area.
+    colour
+        Colour of the letters.
+    size
+        Size as a multiple of the map's label size.
+    weight
+        Font weight.
+    style
+        Font style.
+    must
+        True when it is to be placed even where it overhangs what it names.
+    gap_pt
+        How far off a point it stands, points.
     """
 
     text: str

@@ -52,9 +52,12 @@ def sparse_steps(poses: Sequence[Any], side_m: float, most: int = 14) -> list[in
 
     Parameters
     ----------
-    poses : ``(x_m, y_m, heading_rad)`` by step.
-    side_m : side of the map, metres.
-    most : how many to number at most.
+    poses
+        ``(x_m, y_m, heading_rad)`` by step.
+    side_m
+        Side of the map, metres.
+    most
+        How many to number at most.
     """
     every = max(1, math.ceil(len(poses) / most))
     rounded = next(n for n in (1, 2, 5, 10, 20, 25, 50, 100, every) if n >= every)
@@ -71,9 +74,12 @@ def seen_image(views: Any, shape: tuple[int, int], alpha: float = 0.17) -> NDArr
 
     Parameters
     ----------
-    views : True on the cells in view, shape (steps, H, W).
-    shape : (H, W).
-    alpha : opacity of a cell seen once, in [0, 1].
+    views
+        True on the cells in view, shape (steps, H, W).
+    shape
+        (H, W).
+    alpha
+        Opacity of a cell seen once, in [0, 1].
     """
     from matplotlib.colors import to_rgb
 
@@ -136,11 +142,11 @@ def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]
         if is_find(action)
     ]
     shown: dict[bool, Any] = {}
-    told: list[Any] = []
+    drawn: list[Any] = []
     discs: list[Artist] = []
     for place, right in dict.fromkeys(finds):
-        shown[right], disc = _verdict(ax, place, right, told.count(place))
-        told.append(place)
+        shown[right], disc = _verdict(ax, place, right, drawn.count(place))
+        drawn.append(place)
         discs.append(disc)
     return [shown[right] for right in sorted(shown, reverse=True)], discs
 

@@ -49,14 +49,21 @@ def animate_search(
 
     Parameters
     ----------
-    episode : the search.
-    city : its map.
-    path : where to; it ends in .gif or .mp4.
-    beliefs : belief of each target at each pose, or one that stays; the episode's own, if it
-        kept them, when None. Each is scaled to its peak; those of found targets are left out.
-    fps : frames a second, > 0.
-    imagined : targets whose true place was drawn rather than given.
-    progress : called with the number of frames done and that of all.
+    episode
+        The search.
+    city
+        Its map.
+    path
+        Where to write it; it ends in .gif or .mp4.
+    beliefs
+        Belief of each target at each pose, or one that stays; the episode's own, if it kept them,
+        when None. Each is scaled to its peak; those of found targets are left out.
+    fps
+        Frames a second, > 0.
+    imagined
+        Targets whose true place was drawn rather than given.
+    progress
+        Called with the number of frames done and that of all.
 
     Returns
     -------
@@ -65,9 +72,11 @@ def animate_search(
 
     Raises
     ------
-    InputError : when the ending is unknown, ffmpeg is missing for an .mp4, `fps` is not positive
-        or there are neither one nor as many beliefs as poses.
-    OutputError : when the file cannot be written.
+    InputError
+        When the ending is unknown, ffmpeg is missing for an .mp4, `fps` is not positive or there
+        are neither one nor as many beliefs as poses.
+    OutputError
+        When the file cannot be written.
     """
     chosen = check_figure_path(path, animation=True)
     film = chosen.suffix.lower() == ".mp4"

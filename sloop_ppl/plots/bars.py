@@ -30,11 +30,16 @@ def plot_components(
 
     Parameters
     ----------
-    posterior : component -> probability after, in the order they are drawn from the top.
-    prior : component -> probability before; None to leave it out.
-    ax : axes to draw on; a new pyplot figure when None.
-    title : title of the axes.
-    label : what the probabilities are of.
+    posterior
+        Component -> probability after, in the order they are drawn from the top.
+    prior
+        Component -> probability before; None to leave it out.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    title
+        Title of the axes.
+    label
+        What the probabilities are of.
 
     Returns
     -------
@@ -43,8 +48,9 @@ def plot_components(
 
     Raises
     ------
-    InputError : when there is nothing to draw, a number is outside [0, 1], or the two do not
-        name the same components.
+    InputError
+        When there is nothing to draw, a number is outside [0, 1], or the two do not name the same
+        components.
     """
     after = _numbers(posterior, "posterior", low=0.0, high=1.0)
     sets = [("after", after, TARGET_COLOURS[0])]
@@ -92,15 +98,20 @@ def plot_influence(
 
     Parameters
     ----------
-    bits : relation in words -> bits, in the order they are drawn from the top; negative ones
-        point to the left in another colour.
-    ax : axes to draw on; a new pyplot figure when None.
-    title : title of the axes.
-    label : what the bits mean.
+    bits
+        Relation in words -> bits, in the order they are drawn from the top; negative ones point to
+        the left in another colour.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    title
+        Title of the axes.
+    label
+        What the bits mean.
 
     Raises
     ------
-    InputError : when there is nothing to draw or a number is not finite.
+    InputError
+        When there is nothing to draw or a number is not finite.
     """
     values = _numbers(bits, "influence")
     axes = new_axes(ax, width=4.8, height=0.75 + 0.34 * len(values))
@@ -143,8 +154,8 @@ def _numbers(
 def _finish(axes: Axes, names: list[str], label: str, title: str | None, size: float) -> None:
     """Name the bars from the top down and take away what is not needed."""
     style: dict[str, Any] = {"fontsize": size, "color": INK}
-    told = [fitted(name, size, 0.45 * max(width_in(axes), 2.0)) for name in names]
-    axes.set_yticks(range(len(names)), told, parse_math=False, **style)
+    labels = [fitted(name, size, 0.45 * max(width_in(axes), 2.0)) for name in names]
+    axes.set_yticks(range(len(names)), labels, parse_math=False, **style)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlabel(label, labelpad=2, **style)
     axes.tick_params(axis="x", labelsize=size - 0.5, length=2.5, width=0.6, labelcolor=INK)
@@ -153,8 +164,8 @@ def _finish(axes: Axes, names: list[str], label: str, title: str | None, size: f
         axes.spines[side].set_visible(False)
     axes.spines["bottom"].set_linewidth(0.7)
     if title:
-        told_title = fitted(title, size + 1, width_in(axes))
-        axes.set_title(told_title, fontsize=size + 1, color=INK, pad=5, parse_math=False)
+        fitted_title = fitted(title, size + 1, width_in(axes))
+        axes.set_title(fitted_title, fontsize=size + 1, color=INK, pad=5, parse_math=False)
 
 
 def plot_latent(posterior: LatentsLike, name: str, *, ax: Axes | None = None) -> Axes:

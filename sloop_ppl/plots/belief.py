@@ -39,14 +39,22 @@ def plot_belief(
 
     Parameters
     ----------
-    posterior : beliefs over the cells of a map.
-    target : id of the target.
-    ax : axes to draw on; a new pyplot figure when None.
-    truth : x and y of the true place, metres, or None when it is not known.
-    labels : True to name landmarks; those mentioned come first.
-    legend : True to add a legend.
-    colour_bar : True to add a colour bar, in probability per cell.
-    title : title of the axes; the target's id when None.
+    posterior
+        Beliefs over the cells of a map.
+    target
+        Id of the target.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    truth
+        x and y of the true place, metres, or None when it is not known.
+    labels
+        True to name landmarks; those mentioned come first.
+    legend
+        True to add a legend.
+    colour_bar
+        True to add a colour bar, in probability per cell.
+    title
+        Title of the axes; the target's id when None.
 
     Returns
     -------
@@ -55,16 +63,18 @@ def plot_belief(
 
     Raises
     ------
-    UnknownName : when the posterior has no such target.
-    InputError : when the belief has another shape than the map, or is not finite.
+    UnknownName
+        When the posterior has no such target.
+    InputError
+        When the belief has another shape than the map, or is not finite.
     """
     if target not in posterior.targets:
         raise UnknownName("target", target, posterior.targets)
     axes = new_axes(ax, height=6.6 if colour_bar else 6.9)
     handles, layer = _draw(axes, posterior, target, truth, labels, colour_bar)
     size = font_pt(width_in(axes)) + 1.5
-    told = fitted(title or target, size, width_in(axes))
-    axes.set_title(told, fontsize=size, color=INK, pad=5, parse_math=False)
+    fitted_title = fitted(title or target, size, width_in(axes))
+    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -77,8 +87,10 @@ def plot_beliefs(
 
     Parameters
     ----------
-    posterior : beliefs over the cells of a map.
-    truths : true places of targets, metres, as far as they are known.
+    posterior
+        Beliefs over the cells of a map.
+    truths
+        True places of targets, metres, as far as they are known.
 
     Returns
     -------
@@ -87,7 +99,8 @@ def plot_beliefs(
 
     Raises
     ------
-    InputError : when there is no target.
+    InputError
+        When there is no target.
     """
     from matplotlib.figure import Figure
 
@@ -102,14 +115,14 @@ def plot_beliefs(
     known = truths or {}
     handles: dict[str, Any] = {}
     for panel, target in zip(panels, posterior.targets, strict=False):
-        told, _ = _draw(panel, posterior, target, known.get(target), True, True)
-        handles.update({str(h.get_label()): h for h in told})
+        drawn, _ = _draw(panel, posterior, target, known.get(target), True, True)
+        handles.update({str(h.get_label()): h for h in drawn})
         panel.set_title(target, fontsize=10, color=INK, pad=5)
     for panel in list(figure.axes)[: rows * cols][count:]:
         panel.set_axis_off()
-    said = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
-    if said:
-        wrapped = fitted(f"“{said}”", 11.0, 0.92 * width)
+    utterance = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
+    if utterance:
+        wrapped = fitted(f"“{utterance}”", 11.0, 0.92 * width)
         figure.suptitle(wrapped, fontsize=11, color=INK, parse_math=False)
     figure.legend(
         handles=list(handles.values()),
@@ -135,8 +148,8 @@ def _draw(
 
     city = posterior.city
     belief = check_cells(posterior.belief(target), city, f"The belief of '{target}'")
-    said = posterior.relations(target)
-    grounds = [g for relation in said for g in relation.grounds if g in city]
+    relations = posterior.relations(target)
+    grounds = [g for relation in relations for g in relation.grounds if g in city]
     layer = draw_map(ax, city, labels=labels, highlight=grounds, muted=True, cells=True)
     image = draw_cells(ax, belief, city.grid)
     handles = draw_hpd(ax, belief, city.grid)

@@ -41,14 +41,21 @@ def plot_map(
 
     Parameters
     ----------
-    city : the map.
-    ax : axes to draw on; a new pyplot figure 6.6 inches wide when None.
-    labels : True to write the names, each where it is free; those without room are dropped.
-    grid : True to draw the borders of the cells; the limits are then those of the cells, which
+    city
+        The map.
+    ax
+        Axes to draw on; a new pyplot figure 6.6 inches wide when None.
+    labels
+        True to write the names, each where it is free; those without room are dropped.
+    grid
+        True to draw the borders of the cells; the limits are then those of the cells, which
         overhang the map's extent in the east and the south.
-    highlight : ids of landmarks to outline and to name before all others.
-    muted : True for greys, to lay something over.
-    legend : True to add a legend of what the colours mean.
+    highlight
+        Ids of landmarks to outline and to name before all others.
+    muted
+        True for greys, to lay something over.
+    legend
+        True to add a legend of what the colours mean.
 
     Returns
     -------
@@ -57,7 +64,8 @@ def plot_map(
 
     Raises
     ------
-    UnknownName : when a landmark to highlight is not on the map.
+    UnknownName
+        When a landmark to highlight is not on the map.
     """
     axes = new_axes(ax)
     layer = draw_map(axes, city, labels=labels, grid=grid, highlight=highlight, muted=muted)
@@ -82,10 +90,14 @@ def draw_map(
 
     Parameters
     ----------
-    ax, city, labels, grid, highlight, muted : as in :func:`plot_map`.
-    cells : True for limits that show every cell whole.
-    furniture : True to add a scale bar, a north arrow and the attribution.
-    view_m : west, south, east and north limit, metres, of a part of the map; None for all of it.
+    ax, city, labels, grid, highlight, muted
+        As in :func:`plot_map`.
+    cells
+        True for limits that show every cell whole.
+    furniture
+        True to add a scale bar, a north arrow and the attribution.
+    view_m
+        West, south, east and north limit, metres, of a part of the map; None for all of it.
     """
     from sloop_ppl.plots._labels import LabelLayer
 
@@ -168,12 +180,15 @@ def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -
         Label(spoken_name(m), m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
         for m in mentioned
     ]
-    told = {m.id for m in mentioned}
+    mentioned_ids = {m.id for m in mentioned}
     window = shapely.box(*city.grid.extent_m)
     named = [
         m
         for m in city.landmarks
-        if m.name and "…" not in m.name and m.id not in told and window.intersects(m.geometry)
+        if m.name
+        and "…" not in m.name
+        and m.id not in mentioned_ids
+        and window.intersects(m.geometry)
     ]  # an ellipsis marks a name that was cut off in the source
     for landmark in sorted(named, key=lambda m: _rank(m, window)):
         colour, size, style = palette.label, 1.0, "normal"

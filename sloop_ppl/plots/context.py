@@ -29,16 +29,21 @@ def plot_context(
 
     Parameters
     ----------
-    image : greys from 0 to 1, shape (H, W), row 0 in the south; see
+    image
+        Greys from 0 to 1, shape (H, W), row 0 in the south; see
         :func:`sloop_ppl.models.frames.context_image`.
-    front_rad : direction of an arrow from the landmark's middle, radians anticlockwise from east;
-        None for no arrow.
-    title : title of the axes.
-    ax : axes to draw on; a new pyplot figure when None.
+    front_rad
+        Direction of an arrow from the landmark's middle, radians anticlockwise from east; None for
+        no arrow.
+    title
+        Title of the axes.
+    ax
+        Axes to draw on; a new pyplot figure when None.
 
     Raises
     ------
-    InputError : when the image is no table of finite numbers.
+    InputError
+        When the image is no table of finite numbers.
     """
     if image.ndim != 2 or not np.isfinite(image).all():
         raise InputError(f"The picture has shape {image.shape}; expected finite greys, (H, W)")

@@ -21,12 +21,15 @@ def plot_deviations(boxes: Mapping[str, Sequence[float]], *, ax: Axes | None = N
 
     Parameters
     ----------
-    boxes : name -> deviations, degrees, 0 to 180; at least one each.
-    ax : axes to draw on; a new pyplot figure when None.
+    boxes
+        Name -> deviations, degrees, 0 to 180; at least one each.
+    ax
+        Axes to draw on; a new pyplot figure when None.
 
     Raises
     ------
-    InputError : when there is nothing to draw.
+    InputError
+        When there is nothing to draw.
     """
     shown = {name: list(values) for name, values in boxes.items() if len(values)}
     if not shown:
@@ -59,8 +62,10 @@ def draw_deviations(boxes: Mapping[str, Sequence[float]], agreement: Sequence[fl
 
     Parameters
     ----------
-    boxes : see `plot_deviations`.
-    agreement : deviation of address from main entrance, degrees, in place of the paper's people.
+    boxes
+        See `plot_deviations`.
+    agreement
+        Deviation of address from main entrance, degrees, in place of the paper's people.
 
     Notes
     -----

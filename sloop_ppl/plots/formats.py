@@ -38,13 +38,17 @@ def check_figure_path(path: str | Path, *, animation: bool = False) -> Path:
 
     Parameters
     ----------
-    path : where the figure is to go.
-    animation : True for an animation, whose endings are others.
+    path
+        Where the figure is to go.
+    animation
+        True for an animation, whose endings are others.
 
     Raises
     ------
-    InputError : when the ending is unknown; choose one of those named.
-    OutputError : when the folder is missing or cannot be written to, or the path is a folder.
+    InputError
+        When the ending is unknown; choose one of those named.
+    OutputError
+        When the folder is missing or cannot be written to, or the path is a folder.
 
     Examples
     --------
@@ -67,14 +71,19 @@ def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -
 
     Parameters
     ----------
-    drawn : what the functions of this package return.
-    path : where it goes; the ending chooses the format.
-    dpi : dots per inch of raster formats, > 0.
+    drawn
+        What the functions of this package return.
+    path
+        Where it goes; the ending chooses the format.
+    dpi
+        Dots per inch of raster formats, > 0.
 
     Raises
     ------
-    InputError : when the ending is unknown.
-    OutputError : when the file cannot be written.
+    InputError
+        When the ending is unknown.
+    OutputError
+        When the file cannot be written.
     """
     import matplotlib as mpl
     from matplotlib.axes import Axes

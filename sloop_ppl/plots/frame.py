@@ -31,9 +31,11 @@ def frame_bins(frames: Sequence[FrameLike], bins: int = 72) -> Bins:
 
     Parameters
     ----------
-    frames : parts of the mixture, weighed by their ``p``; what is missing to one is uniform. An
-        exact direction counts as one of concentration 500.
-    bins : B; the first is centred on east, and they go anticlockwise.
+    frames
+        Parts of the mixture, weighed by their ``p``; what is missing to one is uniform. An exact
+        direction counts as one of concentration 500.
+    bins
+        B; the first is centred on east, and they go anticlockwise.
 
     Returns
     -------
@@ -66,14 +68,21 @@ def plot_frame(
 
     Parameters
     ----------
-    city : the map.
-    ground : id of the landmark.
-    posterior : probabilities of B equal directions, the first centred on east, anticlockwise,
-        shape (B,); or frames, which :func:`frame_bins` turns into such.
-    prior : the same before anything was said, drawn as an outline; None to leave it out.
-    ax : axes to draw on; a new pyplot figure when None.
-    legend : True to add a legend.
-    title : title of the axes; says whose front it is when None.
+    city
+        The map.
+    ground
+        Id of the landmark.
+    posterior
+        Probabilities of B equal directions, the first centred on east, anticlockwise, shape (B,);
+        or frames, which :func:`frame_bins` turns into such.
+    prior
+        The same before anything was said, drawn as an outline; None to leave it out.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    legend
+        True to add a legend.
+    title
+        Title of the axes; says whose front it is when None.
 
     Returns
     -------
@@ -82,8 +91,10 @@ def plot_frame(
 
     Raises
     ------
-    UnknownName : when the landmark is not on the map.
-    InputError : when probabilities are negative, not finite or all zero.
+    UnknownName
+        When the landmark is not on the map.
+    InputError
+        When probabilities are negative, not finite or all zero.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch, PathPatch
@@ -121,8 +132,8 @@ def plot_frame(
     axes.plot([x], [y], "o", ms=4, mfc=INK, mec=PAPER, mew=0.7, zorder=4.4)
     layer.avoid(points=[(x, y)])
     size = font_pt(width_in(axes)) + 1.5
-    told = fitted(title or f"Front of {spoken_name(landmark)}", size, width_in(axes))
-    axes.set_title(told, fontsize=size, color=INK, pad=5, parse_math=False)
+    fitted_title = fitted(title or f"Front of {spoken_name(landmark)}", size, width_in(axes))
+    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
     if legend:
         add_legend(axes, handles, layer)
     return axes

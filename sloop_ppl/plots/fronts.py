@@ -30,9 +30,12 @@ def plot_fronts(
 
     Parameters
     ----------
-    city : the map.
-    fronts : landmark id -> distribution of its front.
-    ax : axes to draw on; a new pyplot figure when None.
+    city
+        The map.
+    fronts
+        Landmark id -> distribution of its front.
+    ax
+        Axes to draw on; a new pyplot figure when None.
 
     Returns
     -------
@@ -42,7 +45,8 @@ def plot_fronts(
 
     Raises
     ------
-    UnknownName : when a landmark is not on the map.
+    UnknownName
+        When a landmark is not on the map.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path

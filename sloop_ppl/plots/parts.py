@@ -40,14 +40,21 @@ def plot_relations(
 
     Parameters
     ----------
-    city : the map.
-    parts : words -> how well each cell fits them, none negative, shape (H, W); each is scaled to
-        its peak, so they need not sum to one.
-    whole : belief after all of them, drawn last and framed; None to leave it out.
-    grounds : words -> ids of the landmarks to highlight in that panel.
-    truth : x and y of the true place, metres, marked in every panel, or None.
-    columns : panels in a row, > 0.
-    title : title of the figure.
+    city
+        The map.
+    parts
+        Words -> how well each cell fits them, none negative, shape (H, W); each is scaled to its
+        peak, so they need not sum to one.
+    whole
+        Belief after all of them, drawn last and framed; None to leave it out.
+    grounds
+        Words -> ids of the landmarks to highlight in that panel.
+    truth
+        x and y of the true place, metres, marked in every panel, or None.
+    columns
+        Panels in a row, > 0.
+    title
+        Title of the figure.
 
     Returns
     -------
@@ -56,8 +63,8 @@ def plot_relations(
 
     Raises
     ------
-    InputError : when there is no part, or one is negative, not finite or of another shape than
-        the map.
+    InputError
+        When there is no part, or one is negative, not finite or of another shape than the map.
     """
     from matplotlib.figure import Figure
 
@@ -70,8 +77,8 @@ def plot_relations(
     figure = Figure(figsize=(side * columns, (side + 0.22) * rows + 0.35), layout="constrained")
     draw_parts(figure, city, parts, whole, grounds or {}, truth, columns)
     if title:
-        told = fitted(title, 10.0, side * columns)
-        figure.suptitle(told, fontsize=10, color=INK, parse_math=False)
+        fitted_title = fitted(title, 10.0, side * columns)
+        figure.suptitle(fitted_title, fontsize=10, color=INK, parse_math=False)
     return figure
 
 
@@ -122,12 +129,18 @@ def plot_change(
 
     Parameters
     ----------
-    city : the map.
-    before, after : probabilities, shape (H, W).
-    ax : axes to draw on; a new pyplot figure when None.
-    labels : True to name landmarks.
-    legend : True to add a legend.
-    title : title of the axes; says how many bits were gained when None.
+    city
+        The map.
+    before, after
+        Probabilities, shape (H, W).
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    labels
+        True to name landmarks.
+    legend
+        True to add a legend.
+    title
+        Title of the axes; says how many bits were gained when None.
 
     Returns
     -------
@@ -136,7 +149,8 @@ def plot_change(
 
     Raises
     ------
-    InputError : when a belief has another shape than the map, or is not finite.
+    InputError
+        When a belief has another shape than the map, or is not finite.
     """
     from matplotlib.colors import TwoSlopeNorm
 
@@ -158,9 +172,9 @@ def plot_change(
     layer.avoid(points=[mode])
     add_colour_bar(axes, image, "change of the probability of a cell")
     size = font_pt(width_in(axes)) + 1.5
-    told = title or f"{bits_gained(posterior, prior):.2f} bits gained"
+    heading = title or f"{bits_gained(posterior, prior):.2f} bits gained"
     axes.set_title(
-        fitted(told, size, width_in(axes)), fontsize=size, color=INK, pad=5, parse_math=False
+        fitted(heading, size, width_in(axes)), fontsize=size, color=INK, pad=5, parse_math=False
     )
     if legend:
         add_legend(axes, handles, layer)

@@ -43,14 +43,22 @@ def plot_search(
 
     Parameters
     ----------
-    episode : the search.
-    city : its map.
-    ax : axes to draw on; a new pyplot figure when None.
-    beliefs : belief of each target to lay under the path, such as that at the start, shape (H, W).
-    imagined : targets whose true place was drawn rather than given.
-    labels : True to name landmarks, targets and some of the steps.
-    legend : True to add a legend.
-    title : title of the axes; the outcome in words when None.
+    episode
+        The search.
+    city
+        Its map.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+    beliefs
+        Belief of each target to lay under the path, such as that at the start, shape (H, W).
+    imagined
+        Targets whose true place was drawn rather than given.
+    labels
+        True to name landmarks, targets and some of the steps.
+    legend
+        True to add a legend.
+    title
+        Title of the axes; the outcome in words when None.
 
     Returns
     -------
@@ -59,7 +67,8 @@ def plot_search(
 
     Raises
     ------
-    InputError : when a belief has another shape than the map.
+    InputError
+        When a belief has another shape than the map.
     """
     from matplotlib.colors import to_rgb
     from matplotlib.patches import Patch
@@ -90,8 +99,8 @@ def plot_search(
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
     size = font_pt(width_in(axes)) + 1.5
-    told = fitted(title or outcome(episode), size, width_in(axes))
-    axes.set_title(told, fontsize=size, color=INK, pad=5, parse_math=False)
+    fitted_title = fitted(title or outcome(episode), size, width_in(axes))
+    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -102,11 +111,11 @@ def outcome(episode: EpisodeLike) -> str:
     found, total = len(episode.found_targets), len(episode.places)
     steps = len(episode.actions)
     names = _listed(episode.found_targets)
-    told = {0: "Found nothing", total: f"Found {names}"}.get(
+    result = {0: "Found nothing", total: f"Found {names}"}.get(
         found, f"Found {names} but not {_listed(_missing(episode))}"
     )
     return (
-        f"{told} in {steps} step{'' if steps == 1 else 's'}, "
+        f"{result} in {steps} step{'' if steps == 1 else 's'}, "
         f"discounted return {episode.discounted_return:.0f}".replace("-", "−")
     )
 
@@ -116,8 +125,10 @@ def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    beliefs : belief of each target, shape (H, W).
-    city : the map.
+    beliefs
+        Belief of each target, shape (H, W).
+    city
+        The map.
     """
     scaled = [np.zeros(city.grid.shape)]
     for name, belief in beliefs.items():

@@ -35,9 +35,12 @@ class Front:
 
     Parameters
     ----------
-    ground : id of the landmark.
-    posterior, prior : probabilities of B equal directions, shape (B,), or frames.
-    title : title of the rose; says whose front it is when None.
+    ground
+        Id of the landmark.
+    posterior, prior
+        Probabilities of B equal directions, shape (B,), or frames.
+    title
+        Title of the rose; says whose front it is when None.
     """
 
     ground: str
@@ -52,14 +55,22 @@ class SheetParts:
 
     Parameters
     ----------
-    parts : relation in words -> how well each cell fits it, shape (H, W).
-    grounds : words -> ids of the landmarks to highlight in that part.
-    component_maps : component -> belief if it is the right one, shape (H, W).
-    components, component_prior : probabilities; see :func:`plot_components`.
-    influence : bits of each relation; see :func:`plot_influence`.
-    fronts : frames of reference; the first two are drawn.
-    prior : belief before anything was said, shape (H, W), to draw the change from.
-    truth : x and y of the true place, metres.
+    parts
+        Relation in words -> how well each cell fits it, shape (H, W).
+    grounds
+        Words -> ids of the landmarks to highlight in that part.
+    component_maps
+        Component -> belief if it is the right one, shape (H, W).
+    components, component_prior
+        Probabilities; see :func:`plot_components`.
+    influence
+        Bits of each relation; see :func:`plot_influence`.
+    fronts
+        Frames of reference; the first two are drawn.
+    prior
+        Belief before anything was said, shape (H, W), to draw the change from.
+    truth
+        x and y of the true place, metres.
     """
 
     parts: Mapping[str, Cells] = field(default_factory=dict)
@@ -88,14 +99,20 @@ def plot_sheet(
 
     Parameters
     ----------
-    posterior : beliefs over the cells of a map.
-    target : id of the target.
-    parts : words -> how well each cell fits them; the first six are drawn, see
-        :func:`plot_relations`.
-    grounds : words -> ids of the landmarks to highlight in that part.
-    components, component_prior : probabilities; see :func:`plot_components`.
-    influence : bits of each relation; see :func:`plot_influence`.
-    truth : x and y of the true place, metres, or None.
+    posterior
+        Beliefs over the cells of a map.
+    target
+        Id of the target.
+    parts
+        Words -> how well each cell fits them; the first six are drawn, see :func:`plot_relations`.
+    grounds
+        Words -> ids of the landmarks to highlight in that part.
+    components, component_prior
+        Probabilities; see :func:`plot_components`.
+    influence
+        Bits of each relation; see :func:`plot_influence`.
+    truth
+        x and y of the true place, metres, or None.
 
     Returns
     -------
@@ -105,8 +122,10 @@ def plot_sheet(
 
     Raises
     ------
-    UnknownName : when the posterior has no such target.
-    InputError : as the functions that draw the parts.
+    UnknownName
+        When the posterior has no such target.
+    InputError
+        As the functions that draw the parts.
     """
     frames = list(posterior.frames(target)) if target in posterior.targets else []
     same = [f for f in frames if (f.ground, f.relation) == (frames[0].ground, frames[0].relation)]
@@ -127,8 +146,10 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
 
     Parameters
     ----------
-    posterior : beliefs over the cells of a map.
-    sheets : target -> what explains its belief.
+    posterior
+        Beliefs over the cells of a map.
+    sheets
+        Target -> what explains its belief.
 
     Returns
     -------
@@ -139,8 +160,10 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
 
     Raises
     ------
-    UnknownName : when the posterior has no such target.
-    InputError : when there is no sheet, or as the functions that draw the parts.
+    UnknownName
+        When the posterior has no such target.
+    InputError
+        When there is no sheet, or as the functions that draw the parts.
     """
     from matplotlib.figure import Figure
 
@@ -152,10 +175,10 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
     bands = figure.subfigures(len(sheets), 1, squeeze=False, height_ratios=[h for _, h in sizes])
     for band, (target, sheet) in zip(bands.flat, sheets.items(), strict=True):
         _fill(band, posterior, target, sheet)
-    said = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
-    if said:
-        told = fitted(f"“{said}”", 11.0, 0.92 * width)
-        figure.suptitle(told, fontsize=11, color=INK, parse_math=False)
+    utterance = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
+    if utterance:
+        fitted_title = fitted(f"“{utterance}”", 11.0, 0.92 * width)
+        figure.suptitle(fitted_title, fontsize=11, color=INK, parse_math=False)
     return figure
 
 
@@ -202,11 +225,13 @@ def _fill(figure: FigureBase, posterior: PosteriorLike, target: str, sheet: Shee
 
 def _maps(figure: FigureBase, posterior: PosteriorLike, sheet: SheetParts) -> None:
     """Draw the small maps: relation by relation, then component by component."""
-    told = [
+    panels = [
         (sheet.parts, sheet.grounds, "What each relation says by itself"),
         (sheet.component_maps, {}, "Where each component believes it to be"),
     ]
-    bands = [(dict(list(m.items())[:_MOST_PARTS]), marked, title) for m, marked, title in told if m]
+    bands = [
+        (dict(list(m.items())[:_MOST_PARTS]), marked, title) for m, marked, title in panels if m
+    ]
     heights = [_rows(len(shown), len(bands) == 1) for shown, _, _ in bands]
     parts = figure.subfigures(len(bands), 1, squeeze=False, height_ratios=heights)
     for part, (shown, marked, title), rows in zip(parts.flat, bands, heights, strict=True):

@@ -25,7 +25,8 @@ class Buildings:
 
     Parameters
     ----------
-    pieces : the landmarks in the making, buildings among them.
+    pieces
+        The landmarks in the making, buildings among them.
     """
 
     def __init__(self, pieces: list[Piece]) -> None:
@@ -45,9 +46,12 @@ class Buildings:
 
         Parameters
         ----------
-        features : features in metres.
-        lonlat : converts x and y, metres, to longitude and latitude.
-        report : counts them.
+        features
+            Features in metres.
+        lonlat
+            Converts x and y, metres, to longitude and latitude.
+        report
+            Counts them.
         """
         doors: defaultdict[int, list[tuple[Any, ...]]] = defaultdict(list)
         for feature in features:
@@ -58,11 +62,11 @@ class Buildings:
             if building is None:
                 continue
             lon, lat = lonlat(feature.geometry.x, feature.geometry.y)
-            told = {k: feature.tags[k] for k in _DOOR_TAGS if k in feature.tags}
+            door_tags = {k: feature.tags[k] for k in _DOOR_TAGS if k in feature.tags}
             door = {
                 "entrance": sort,
                 "lonlat": [round(float(lon), 9), round(float(lat), 9)],
-                **told,
+                **door_tags,
             }
             doors[id(building)].append((sort != "main", source_key(feature.source), door))
             report.entrances += 1
@@ -130,9 +134,9 @@ def _with_street(tags: dict[str, str], street: str | None) -> dict[str, str]:
 
 
 def _settle(building: Piece, found: list[dict[str, str]]) -> None:
-    told = [text for tags in (building.tags, *found) if (text := address(tags))]
+    addresses = [text for tags in (building.tags, *found) if (text := address(tags))]
     if found:
-        building.properties["addresses"] = list(dict.fromkeys(told))
+        building.properties["addresses"] = list(dict.fromkeys(addresses))
     if "addr:street" not in building.tags:
         streets = Counter(tags["addr:street"] for tags in found if "addr:street" in tags)
         mains = {

@@ -85,8 +85,10 @@ def classify(tags: Mapping[str, str], shape: str) -> Sort | None:
 
     Parameters
     ----------
-    tags : its tags.
-    shape : ``"point"``, ``"line"`` or ``"area"``.
+    tags
+        Its tags.
+    shape
+        ``"point"``, ``"line"`` or ``"area"``.
 
     Returns
     -------

@@ -23,8 +23,10 @@ def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
 
     Parameters
     ----------
-    features : features in metres; those with ``natural=coastline`` count.
-    grid : the grid.
+    features
+        Features in metres; those with ``natural=coastline`` count.
+    grid
+        The grid.
 
     Notes
     -----

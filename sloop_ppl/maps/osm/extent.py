@@ -19,13 +19,17 @@ def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
 
     Parameters
     ----------
-    centre : latitude and longitude, degrees.
-    side_m : side of the square, metres, > 0.
-    cell_m : side of a cell, metres, > 0.
+    centre
+        Latitude and longitude, degrees.
+    side_m
+        Side of the square, metres, > 0.
+    cell_m
+        Side of a cell, metres, > 0.
 
     Raises
     ------
-    InputError : when a number cannot be used.
+    InputError
+        When a number cannot be used.
     """
     lat, lon = _numbers(centre, 2, "centre", "latitude,longitude")
     if not (-89 <= lat <= 89 and -180 <= lon <= 180):
@@ -43,12 +47,15 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
 
     Parameters
     ----------
-    bbox : west, south, east and north, degrees.
-    cell_m : side of a cell, metres, > 0.
+    bbox
+        West, south, east and north, degrees.
+    cell_m
+        Side of a cell, metres, > 0.
 
     Raises
     ------
-    InputError : when a number cannot be used, or the box is empty.
+    InputError
+        When a number cannot be used, or the box is empty.
     """
     west, south, east, north = _numbers(bbox, 4, "bbox", "west,south,east,north")
     on_earth = -180 <= west <= 180 and -180 <= east <= 180 and south >= -89 and north <= 89
@@ -82,7 +89,8 @@ def read_degrees(text: str, expected: str) -> tuple[float, ...]:
 
     Raises
     ------
-    InputError : when there are more or fewer, or one is not a finite number.
+    InputError
+        When there are more or fewer, or one is not a finite number.
 
     Examples
     --------

@@ -17,11 +17,15 @@ class OsmFeature:
 
     Parameters
     ----------
-    source : where it comes from, such as ``"way/123"``.
-    tags : its tags.
-    geometry : point, line or area; a closed way is an area. Degrees (lon, lat) as read, metres
-        once it is projected.
-    outline : for a closed way, its line: a ring road is no area.
+    source
+        Where it comes from, such as ``"way/123"``.
+    tags
+        Its tags.
+    geometry
+        Point, line or area; a closed way is an area. Degrees (lon, lat) as read, metres once it is
+        projected.
+    outline
+        For a closed way, its line: a ring road is no area.
     """
 
     source: str
@@ -36,10 +40,12 @@ class OsmData:
 
     Parameters
     ----------
-    features : tagged shapes, in degrees.
-    street_of : street by source, from relations that tie houses to their street.
-    bounds : west, south, east, north of the file in degrees; None when it does not say and is
-        empty.
+    features
+        Tagged shapes, in degrees.
+    street_of
+        Street by source, from relations that tie houses to their street.
+    bounds
+        West, south, east, north of the file in degrees; None when it does not say and is empty.
     """
 
     features: list[OsmFeature] = field(default_factory=list)

@@ -38,11 +38,16 @@ def fetch_place(
 
     Parameters
     ----------
-    place : what to search for, such as ``"Union Square, San Francisco"``.
-    side_m : side of the patch, metres, > 0.
-    cell_m : side of a cell, metres, > 0.
-    name : what to call the map; the words of `place` before the first comma when None.
-    progress : told in a few words what is being done.
+    place
+        What to search for, such as ``"Union Square, San Francisco"``.
+    side_m
+        Side of the patch, metres, > 0.
+    cell_m
+        Side of a cell, metres, > 0.
+    name
+        What to call the map; the words of `place` before the first comma when None.
+    progress
+        Called with a few words on what is being done.
 
     Returns
     -------
@@ -51,10 +56,12 @@ def fetch_place(
 
     Raises
     ------
-    InputError : when osmnx is not installed, or a number cannot be used.
-    MapError : when there is no network, no such place or nothing to map there.
+    InputError
+        When osmnx is not installed, or a number cannot be used.
+    MapError
+        When there is no network, no such place or nothing to map there.
     """
-    tell = progress or (lambda _: None)
+    notify = progress or (lambda _: None)
     if not place.strip():
         raise InputError("The place is empty; expected a name such as 'Union Square, New York'")
     square_grid((0.0, 0.0), side_m, cell_m)  # refuses numbers before the network is asked
@@ -67,15 +74,15 @@ def fetch_place(
         ) from error
     osmnx.settings.use_cache = False  # else it leaves a folder where one stands
     try:
-        tell(f"searching for {place}")
+        notify(f"searching for {place}")
         grid = square_grid(osmnx.geocode(place), side_m, cell_m)
-        tell("fetching what is there")
+        notify("fetching what is there")
         table = osmnx.features_from_bbox(grid_bounds(grid), _WANTED)
     except Exception as error:  # osmnx raises kinds of its own, of requests and of urllib3
         raise MapError(_refused(place, error)) from error
     report = ImportReport(read=len(table))
     data = OsmData([_feature(index, row) for index, row in table.iterrows()])
-    city = build_map(data, grid, name or _file_name(place), report, tell)
+    city = build_map(data, grid, name or _file_name(place), report, notify)
     if not city.landmarks:
         raise MapError(f"There is nothing to map round '{place}'; choose another place")
     return city, report
@@ -104,9 +111,11 @@ def _refused(place: str, error: Exception) -> str:
     sort = type(error).__name__
     if sort in ("InsufficientResponseError", "TypeError"):
         return f"OpenStreetMap knows no place '{place}', or nothing there; spell it another way"
-    told = " ".join(str(error).split())
-    network = any(word in f"{sort} {told}" for word in ("Connection", "Timeout", "resolve", "Max"))
-    cause = "there is no network" if network else f"{sort}: {told[:120]}"
+    message = " ".join(str(error).split())
+    network = any(
+        word in f"{sort} {message}" for word in ("Connection", "Timeout", "resolve", "Max")
+    )
+    cause = "there is no network" if network else f"{sort}: {message[:120]}"
     return (
         f"Place '{place}' cannot be fetched: {cause}; where there is none, bring an .osm or "
         ".osm.pbf file and use `sloop map import`"

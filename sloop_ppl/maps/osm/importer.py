@@ -41,14 +41,22 @@ def import_osm(
 
     Parameters
     ----------
-    path : ``.osm`` XML or ``.osm.pbf``, compressed or not.
-    centre : latitude and longitude of the middle of a square patch, degrees, with `side_m`.
-    side_m : side of the square, metres.
-    bbox : west, south, east and north of a patch, degrees, instead of `centre` and `side_m`.
-    everything : take all that is in the file, instead.
-    cell_m : side of a cell, metres, > 0.
-    name : what to call the map; the file's name up to its first dot when None.
-    progress : told in a few words what is being done.
+    path
+        ``.osm`` XML or ``.osm.pbf``, compressed or not.
+    centre
+        Latitude and longitude of the middle of a square patch, degrees, with `side_m`.
+    side_m
+        Side of the square, metres.
+    bbox
+        West, south, east and north of a patch, degrees, instead of `centre` and `side_m`.
+    everything
+        Take all that is in the file, instead.
+    cell_m
+        Side of a cell, metres, > 0.
+    name
+        What to call the map; the file's name up to its first dot when None.
+    progress
+        Called with a few words on what is being done.
 
     Returns
     -------
@@ -58,23 +66,25 @@ def import_osm(
 
     Raises
     ------
-    InputError : when the patch is not given in one of the three ways, or a number cannot be used.
-    MapError : when the file cannot be read or has nothing in the patch.
+    InputError
+        When the patch is not given in one of the three ways, or a number cannot be used.
+    MapError
+        When the file cannot be read or has nothing in the patch.
     """
-    file, tell, report = Path(path), progress or _silent, ImportReport()
+    file, notify, report = Path(path), progress or _silent, ImportReport()
     grid = _asked(centre, side_m, bbox, everything, cell_m)
     if not file.is_file():
         raise MapError(f"File '{path}' cannot be read: no such file; expected .osm or .osm.pbf")
     known = file_bounds(file)
     if grid is None and known is not None:
         grid = box_grid(known, cell_m)
-    tell(f"reading {file.name}")
+    notify(f"reading {file.name}")
     data = read_osm(file, None if grid is None else grid_bounds(grid), report)
     if grid is None:
         if data.bounds is None:
             raise MapError(f"File '{path}' holds no tagged feature; expected a piece of a city")
         grid = box_grid(data.bounds, cell_m)
-    city = build_map(data, grid, name or file.name.split(".")[0], report, tell)
+    city = build_map(data, grid, name or file.name.split(".")[0], report, notify)
     if not city.landmarks:
         raise MapError(_empty(file, grid, known))
     return city, report
@@ -135,11 +145,11 @@ def _asked(
 
 def _empty(file: Path, grid: Grid, known: Bounds | None) -> str:
     lat, lon = grid.centre or (0.0, 0.0)
-    told = f"File '{file}' has nothing to map round lat {lat:g}, lon {lon:g}"
+    message = f"File '{file}' has nothing to map round lat {lat:g}, lon {lon:g}"
     if known is None:
-        return f"{told}; choose another centre"
+        return f"{message}; choose another centre"
     west, south, east, north = known
     hint = "choose a centre inside"
     if south <= lon <= north and west <= lat <= east:
         hint = "latitude and longitude are swapped"
-    return f"{told}; it covers lat {south:g} to {north:g}, lon {west:g} to {east:g}: {hint}"
+    return f"{message}; it covers lat {south:g} to {north:g}, lon {west:g} to {east:g}: {hint}"

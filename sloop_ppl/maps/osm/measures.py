@@ -48,9 +48,9 @@ def road_width_m(tags: Mapping[str, str]) -> float:
     is usual for its class.
     """
     for key in ("width", "est_width"):
-        told = length_m(tags.get(key))
-        if told is not None and 0.5 <= told <= 60.0:
-            return told
+        tagged_m = length_m(tags.get(key))
+        if tagged_m is not None and 0.5 <= tagged_m <= 60.0:
+            return tagged_m
     usual = ROAD_WIDTH_M.get(tags.get("highway", tags.get("waterway", "")), 4.0)
     lanes = tags.get("lanes", "")
     if lanes.isascii() and lanes.isdigit() and 1 <= int(lanes) <= 16 and usual >= 5.5:
@@ -60,9 +60,9 @@ def road_width_m(tags: Mapping[str, str]) -> float:
 
 def height_m(tags: Mapping[str, str]) -> float | None:
     """Return the height of a building, metres: ``height``, else 3 m a level; None if untold."""
-    told = length_m(tags.get("height"))
-    if told is not None and 0 < told <= 1000:
-        return told
+    tagged_m = length_m(tags.get("height"))
+    if tagged_m is not None and 0 < tagged_m <= 1000:
+        return tagged_m
     try:
         levels = float(tags.get("building:levels", ""))
     except ValueError:

@@ -26,9 +26,12 @@ def mended(path: Path, relations: Mapping[str, Unmade], report: ImportReport) ->
 
     Parameters
     ----------
-    path : the file.
-    relations : the relations by source.
-    report : counts those that are incomplete, repaired and broken.
+    path
+        The file.
+    relations
+        The relations by source.
+    report
+        Counts those that are incomplete, repaired and broken.
     """
     if not relations:
         return []

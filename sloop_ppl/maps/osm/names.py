@@ -38,19 +38,22 @@ def aliases(
 
     Parameters
     ----------
-    tags : its tags. Several names in one tag are parted by ``;``.
-    name : its name.
-    languages : languages whose ``name:xx`` counts, beside English.
+    tags
+        Its tags. Several names in one tag are parted by ``;``.
+    name
+        Its name.
+    languages
+        Languages whose ``name:xx`` counts, beside English.
     """
     keys = [*_ALIAS_TAGS, *(f"name:{language}" for language in ("en", *languages))]
     if "highway" in tags:
         keys = [key for key in keys if key not in ("operator", "brand")] + ["ref"]
-    told = [" ".join(part.split()) for key in keys for part in tags.get(key, "").split(";")]
+    texts = [" ".join(part.split()) for key in keys for part in tags.get(key, "").split(";")]
     if own := address(tags):
-        told.append(own)
+        texts.append(own)
     seen = {folded(name or "")}
     kept = []
-    for alias in told:
+    for alias in texts:
         if alias and folded(alias) not in seen:
             seen.add(folded(alias))
             kept.append(alias)

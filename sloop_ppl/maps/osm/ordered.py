@@ -25,8 +25,10 @@ def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
 
     Parameters
     ----------
-    path : the file.
-    folder : where to write the copy.
+    path
+        The file.
+    folder
+        Where to write the copy.
 
     Returns
     -------

@@ -25,13 +25,20 @@ class Piece:
 
     Parameters
     ----------
-    sources : the features it is made of, the first one gives it its place in the order.
-    kind, word : see `Sort`.
-    name : what people call it, if anything.
-    tags : tags, of the largest feature when there are several.
-    geometry : metres, cut to the extent.
-    aliases : other names.
-    properties : what is derived for it, beside the kept tags.
+    sources
+        The features it is made of, the first one gives it its place in the order.
+    kind, word
+        See `Sort`.
+    name
+        What people call it, if anything.
+    tags
+        Tags, of the largest feature when there are several.
+    geometry
+        Metres, cut to the extent.
+    aliases
+        Other names.
+    properties
+        What is derived for it, beside the kept tags.
     """
 
     sources: list[str]

@@ -31,7 +31,8 @@ def file_bounds(path: Path) -> Bounds | None:
 
     Raises
     ------
-    MapError : when the file cannot be read as OpenStreetMap.
+    MapError
+        When the file cannot be read as OpenStreetMap.
     """
     import osmium
 
@@ -51,13 +52,17 @@ def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData
 
     Parameters
     ----------
-    path : ``.osm`` XML or ``.osm.pbf``, compressed or not.
-    bounds : what to keep, degrees; everything when None.
-    report : counts what is read and left out.
+    path
+        ``.osm`` XML or ``.osm.pbf``, compressed or not.
+    bounds
+        What to keep, degrees; everything when None.
+    report
+        Counts what is read and left out.
 
     Raises
     ------
-    MapError : when the file cannot be read, or has a coordinate that is not on earth.
+    MapError
+        When the file cannot be read, or has a coordinate that is not on earth.
     """
     try:
         try:

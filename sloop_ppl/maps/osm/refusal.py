@@ -15,15 +15,15 @@ _COORDINATE = re.compile(r"coordinate: '([^']*)'|lon/lat: '?([^'\s]*)")
 
 def unreadable(path: Path, error: Exception) -> MapError:
     """Return the one line for a file that libosmium refuses; it names the node at fault."""
-    told = " ".join(str(error).split()) or type(error).__name__
+    message = " ".join(str(error).split()) or type(error).__name__
     feature = name = None
-    if found := _COORDINATE.search(told):
+    if found := _COORDINATE.search(message):
         value = found[2] if found[1] is None else found[1]
         if bearer := next(_bearers(path, value), None):
             feature, name = bearer
-            told = f"{feature}: field '{name}' is {value!r}"
+            message = f"{feature}: field '{name}' is {value!r}"
     return MapError(
-        f"File '{path}' cannot be read as OpenStreetMap: {told}; expected .osm XML or .osm.pbf, "
+        f"File '{path}' cannot be read as OpenStreetMap: {message}; expected .osm XML or .osm.pbf, "
         "whole",
         feature=feature,
         field=name,

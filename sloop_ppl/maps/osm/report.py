@@ -13,19 +13,31 @@ class ImportReport:
 
     Parameters
     ----------
-    read : nodes, ways and relations with tags that were read.
-    kept : landmarks by kind.
-    merged : pieces that became part of another landmark: of a street of the same name, of the
-        building a place of the same name stands in.
-    repaired : sources of areas whose outline crossed itself and was repaired.
-    broken : sources of areas and relations that no area could be made of.
-    incomplete : relations of which the file lacks a member.
-    cut_short : ways of which the file lacks a node; they are kept without it.
-    duplicates : objects that the file holds twice; the newest version is kept.
-    underground : features below ground, left out.
-    outside : features outside the extent, left out.
-    of_no_kind : features of no kind that a landmark can have, left out.
-    entrances, addresses : how many were attached to buildings.
+    read
+        Nodes, ways and relations with tags that were read.
+    kept
+        Landmarks by kind.
+    merged
+        Pieces that became part of another landmark: of a street of the same name, of the building a
+        place of the same name stands in.
+    repaired
+        Sources of areas whose outline crossed itself and was repaired.
+    broken
+        Sources of areas and relations that no area could be made of.
+    incomplete
+        Relations of which the file lacks a member.
+    cut_short
+        Ways of which the file lacks a node; they are kept without it.
+    duplicates
+        Objects that the file holds twice; the newest version is kept.
+    underground
+        Features below ground, left out.
+    outside
+        Features outside the extent, left out.
+    of_no_kind
+        Features of no kind that a landmark can have, left out.
+    entrances, addresses
+        How many were attached to buildings.
     """
 
     read: int = 0
@@ -49,8 +61,8 @@ class ImportReport:
     def lines(self) -> list[str]:
         """Return the report as short lines, nothing said of what did not occur."""
         kinds = ", ".join(f"{n} {kind}" for kind, n in self.kept.items())
-        told = [f"kept {sum(self.kept.values())} landmarks: {kinds}"]
-        told += [
+        lines = [f"kept {sum(self.kept.values())} landmarks: {kinds}"]
+        lines += [
             f"{text}: {count}"
             for text, count in (
                 ("entrances on buildings", self.entrances),
@@ -65,7 +77,7 @@ class ImportReport:
             )
             if count
         ]
-        told += [
+        lines += [
             f"{text}: {len(sources)} ({', '.join(sources[:4])}{', …' if sources[4:] else ''})"
             for text, sources in (
                 ("outlines that cross themselves, repaired", self.repaired),
@@ -73,4 +85,4 @@ class ImportReport:
             )
             if sources
         ]
-        return told
+        return lines
