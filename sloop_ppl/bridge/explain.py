@@ -81,12 +81,12 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
     yield from _surprises(posterior, target, words)
     components, prior = posterior.component(target), posterior.component_prior(target)
     if len(components) > 1:
-        told = ", ".join(
+        components_text = ", ".join(
             f"{name} {percent(p)} (was {percent(prior[name])})"
             for name, p in components.items()
             if prior[name]
         )
-        yield f"read as: {told}"
+        yield f"read as: {components_text}"
     yield from _fronts(posterior, target)
     yield from _latents(posterior)
     yield "what would change it:"
@@ -102,17 +102,17 @@ def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
         angles, prior = front["angle"].values, front["prior"].values
         modes = modes_of(front.values, angles)
         label = posterior.city.landmark(framed.term.ground).label
-        told = []
+        directions = []
         for mean, _ in modes:
             near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
             before, after = float(prior[near].sum()), float(front.values[near].sum())
             sure = f"{percent(after)} within 45° of that (was {percent(before)})"
             certain = before > _CERTAIN and len(modes) == 1
-            told.append(
+            directions.append(
                 f"{facing(mean)} ({math.degrees(mean) % 360:.0f}° from east), "
                 f"{'taken as certain' if certain else sure}"
             )
-        yield f"front: “{framed.term.relation}” takes {label} to face {'; or '.join(told)}"
+        yield f"front: “{framed.term.relation}” takes {label} to face {'; or '.join(directions)}"
 
 
 def _surprises(posterior: Posterior, target: str, words: tuple[str, ...]) -> Iterator[str]:
@@ -134,8 +134,10 @@ def _latents(posterior: Posterior) -> Iterator[str]:
         table = posterior.latent(name)
         shares = zip(table[name].values, table.values, table["prior"].values, strict=True)
         ranked = sorted(shares, key=lambda share: -share[1])[:_MOST_PLACES]
-        told = ", ".join(f"{value} {percent(p)} (was {percent(q)})" for value, p, q in ranked)
-        yield f"{name}: {told}"
+        values_text = ", ".join(
+            f"{value} {percent(p)} (was {percent(q)})" for value, p, q in ranked
+        )
+        yield f"{name}: {values_text}"
 
 
 def _changes(

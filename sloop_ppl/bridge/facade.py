@@ -125,16 +125,16 @@ def infer(
     from sloop_ppl.inference import infer_description  # torch, which reading a text does without
 
     where = _city(city)
-    said = parse(description, where) if isinstance(description, str) else description
-    if not isinstance(said, Description):
+    utterance = parse(description, where) if isinstance(description, str) else description
+    if not isinstance(utterance, Description):
         raise InputError(
-            f"What was said is a {type(said).__name__}; expected a text, or a Description as "
+            f"What was said is a {type(utterance).__name__}; expected a text, or a Description as "
             "sloop_ppl.parse returns it"
         )
-    if not said.relations:
-        raise no_relation_found(said, where)
+    if not utterance.relations:
+        raise no_relation_found(utterance, where)
     posterior, _ = infer_description(
-        said, where, model, engine, prior=prior, truth=truth, do=do, rng=rng
+        utterance, where, model, engine, prior=prior, truth=truth, do=do, rng=rng
     )
     return posterior
 

@@ -77,11 +77,11 @@ class Listener:
         self._steps += 1
         for target, table in told.items():
             self._sensed[target] = self._sensed.get(target, 0.0) + table
-        heard = self._said.get(self._steps)
+        utterance = self._said.get(self._steps)
         if self._weight:
             self._catch_up()
-        if heard is not None:
-            self.hear(heard)
+        if utterance is not None:
+            self.hear(utterance)
         elif not self._coupled:
             return None
         self._catch_up()

@@ -142,19 +142,19 @@ class LanguageObservationModel(ObservationModel):
         UnknownName : when the description has no such target.
         InputError : when the model is told the truth and so hears nothing.
         """
-        said = description.description if isinstance(description, Utterance) else description
-        if said is None:
+        parsed = description.description if isinstance(description, Utterance) else description
+        if parsed is None:
             return np.ones(self._city.grid.shape)
-        if said not in self._tables:
-            known = [target.id for target in said.targets]
+        if parsed not in self._tables:
+            known = [target.id for target in parsed.targets]
             if self._target not in known:
                 raise UnknownName("target", self._target, known)
             posterior, _ = infer_description(
-                said, self._city, self._model, self._engine, rng=self._rng
+                parsed, self._city, self._model, self._engine, rng=self._rng
             )
             scale = math.exp(posterior.log_evidence) * self._city.grid.size
-            self._tables[said] = posterior.belief(self._target) * scale
-        return self._tables[said]
+            self._tables[parsed] = posterior.belief(self._target) * scale
+        return self._tables[parsed]
 
     def probability(
         self,

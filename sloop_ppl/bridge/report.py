@@ -63,8 +63,8 @@ def belief_lines(posterior: Posterior) -> list[str]:
             lines.append("  nothing was said of it: this is its prior")
         parts = posterior.component(target)
         if len(parts) > 1:
-            told = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
-            lines.append(f"  read as: {told}")
+            components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
+            lines.append(f"  read as: {components_text}")
         lines += [_frame_line(frame) for frame in posterior.frames(target)]
     return lines
 
@@ -88,18 +88,18 @@ def step_line(step: Step) -> str:
             seen.append(f"{name} at ({at[0]:g}, {at[1]:g})")
         elif at is not None:
             reports.append(f"{name} {at}")
-    told = f"saw {', '.join(seen) or 'nothing'}"
+    outcome = f"saw {', '.join(seen) or 'nothing'}"
     if reports:
-        told = f"sensor: {', '.join(reports)}"
+        outcome = f"sensor: {', '.join(reports)}"
     if step.collision:
-        told = f"collided; {told}"
+        outcome = f"collided; {outcome}"
     if step.action.startswith("find"):
-        told = "right" if step.reward > 0 else "wrong"
+        outcome = "right" if step.reward > 0 else "wrong"
     found = f", found so far: {', '.join(step.found_targets)}" if step.found_targets else ""
     return (
         f"{step.index + 1:3d}  {step.action:<8} at ({step.pose.x_m:6.1f}, {step.pose.y_m:6.1f}) "
         f"facing {step.pose.heading_deg:3.0f}°  "
-        f"{step.reward:+6.0f}  {told}{found}"
+        f"{step.reward:+6.0f}  {outcome}{found}"
     )
 
 
@@ -107,13 +107,13 @@ def outcome_line(episode: Episode) -> str:
     """Return one line on how a search ended."""
     missed = [name for name in episode.places if name not in episode.found_targets]
     found = ", ".join(episode.found_targets) or "nothing"
-    told = f"found {found} in {episode.steps} steps, discounted reward "
-    told += f"{episode.discounted_return:.1f}"
+    summary = f"found {found} in {episode.steps} steps, discounted reward "
+    summary += f"{episode.discounted_return:.1f}"
     if missed:
-        told += f"; not found: {', '.join(missed)}"
+        summary += f"; not found: {', '.join(missed)}"
     if episode.imagined:
-        told += f"; imagined places: {', '.join(episode.imagined)}"
-    return told
+        summary += f"; imagined places: {', '.join(episode.imagined)}"
+    return summary
 
 
 def _target_report(posterior: Posterior, target: str) -> dict[str, Any]:
@@ -155,12 +155,12 @@ def _degrees(angle_rad: float) -> float:
     return math.degrees(math.remainder(angle_rad, 2 * math.pi))
 
 
-def _words(said: Description, relation: SpatialRelation) -> str:
+def _words(description: Description, relation: SpatialRelation) -> str:
     if relation.spans is None:
         return ""
     spans = relation.spans
     parts = dict.fromkeys((spans.figure, spans.relation, *spans.grounds))
-    return " … ".join(f"“{said.text[a:b]}”" for a, b in parts)
+    return " … ".join(f"“{description.text[a:b]}”" for a, b in parts)
 
 
 def _missed(text: str, candidates: tuple[str, ...]) -> str:

@@ -100,10 +100,10 @@ def posterior_of(
     before = None if prior is None else cell_prior(prior)
     city = load_map(map_name)
     declared = load_targets(targets) if targets else None
-    said = parse(text, city, targets=declared, viewpoint=check_viewpoint(viewpoint))
-    if not said.relations:
-        raise no_relation_found(said, city, declared)
-    return infer(said, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)
+    utterance = parse(text, city, targets=declared, viewpoint=check_viewpoint(viewpoint))
+    if not utterance.relations:
+        raise no_relation_found(utterance, city, declared)
+    return infer(utterance, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)
 
 
 def saved_posterior(

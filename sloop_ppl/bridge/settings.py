@@ -41,7 +41,7 @@ def read_settings(typed: Sequence[str]) -> dict[str, Any]:
     """
     kinds = {f.name: str(f.type) for f in fields(SearchConfig)}
     settable = [name for name in kinds if name not in _OWN_OPTION]
-    told: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for text in typed:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not value:
@@ -50,10 +50,10 @@ def read_settings(typed: Sequence[str]) -> dict[str, Any]:
             raise InputError(f"Setting '{name}' has an option of its own; give {_OWN_OPTION[name]}")
         if name not in kinds:
             raise UnknownName("setting", name, settable)
-        if name in told:
+        if name in values:
             raise InputError(f"Setting '{name}' is given twice; give it once")
-        told[name] = _value(name, kinds[name], value)
-    return told
+        values[name] = _value(name, kinds[name], value)
+    return values
 
 
 def _value(name: str, kind: str, text: str) -> bool | int | float:

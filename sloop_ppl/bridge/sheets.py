@@ -104,6 +104,6 @@ def _fronts(posterior: Posterior, target: str) -> list[Front]:
         ground = framed.term.ground
         if ground not in fronts:
             factor = posterior.factors[framed.which]
-            told = FramePosterior(posterior.joint, factor, target, framed)
-            fronts[ground] = Front(ground, *frame_masses(told, _DIRECTIONS))
+            frame_posterior = FramePosterior(posterior.joint, factor, target, framed)
+            fronts[ground] = Front(ground, *frame_masses(frame_posterior, _DIRECTIONS))
     return list(fronts.values())

@@ -35,7 +35,7 @@ def read_said(typed: Sequence[str]) -> dict[int, str]:
     >>> read_said(["12=it is closer to the bank"])
     {12: 'it is closer to the bank'}
     """
-    said: dict[int, str] = {}
+    utterances: dict[int, str] = {}
     for text in typed:
         match = _SAID.fullmatch(text)
         if match is None:
@@ -48,10 +48,10 @@ def read_said(typed: Sequence[str]) -> dict[int, str]:
             raise InputError(
                 f"Words for step {step} are given; expected a step of at least 0, before the first"
             )
-        if step in said:
+        if step in utterances:
             raise InputError(f"Words for step {step} are given twice; say all of it at once")
-        said[step] = match["text"]
-    return said
+        utterances[step] = match["text"]
+    return utterances
 
 
 def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> Description:
@@ -84,11 +84,11 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
         for relation in whole.relations
         if relation.spans is not None and relation.spans.relation[0] >= n
     )
-    spoken = {relation.figure for relation in relations}
+    mentioned = {relation.figure for relation in relations}
     description = Description(
         text,
         whole.map,
-        tuple(t for t in targets if t.id in spoken),
+        tuple(t for t in targets if t.id in mentioned),
         relations,
         tuple(
             replace(u, span=(u.span[0] - n, u.span[1] - n))

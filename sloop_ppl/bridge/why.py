@@ -23,16 +23,16 @@ def why_lines(step: Step) -> list[str]:
     names = dict.fromkeys((*info.values, *info.expected))
     lines = []
     for name in names:
-        told = [f"     {'>' if name == step.action else ' '} {name:<8}"]
+        columns = [f"     {'>' if name == step.action else ' '} {name:<8}"]
         if name in info.values:
-            told.append(f"value {info.values[name]:8.1f}")
+            columns.append(f"value {info.values[name]:8.1f}")
         if name in info.visits:
-            told.append(f"visits {info.visits[name]:6d}")
+            columns.append(f"visits {info.visits[name]:6d}")
         seen = info.expected.get(name)
         if seen:
             shown = ", ".join(f"{target} {percent(p, 1)}" for target, p in seen.items())
-            told.append(f"expects to see {shown}")
-        lines.append("  ".join(told))
+            columns.append(f"expects to see {shown}")
+        lines.append("  ".join(columns))
     lines += [f"       {name}: {_told(value)}" for name, value in info.notes.items()]
     return lines
 

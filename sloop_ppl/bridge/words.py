@@ -19,12 +19,12 @@ _MOST_LABELS = 3
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
     """Return each relation of a target in words, such as "behind Velvet Dog"; no two the same."""
-    told: list[str] = []
+    phrases: list[str] = []
     for relation in posterior.relations(target):
         words = _in_words(relation, posterior.city)
-        again = sum(t == words or t.startswith(f"{words} (") for t in told)
-        told.append(f"{words} ({again + 1})" if again else words)
-    return tuple(told)
+        again = sum(t == words or t.startswith(f"{words} (") for t in phrases)
+        phrases.append(f"{words} ({again + 1})" if again else words)
+    return tuple(phrases)
 
 
 def facing(angle_rad: float) -> str:

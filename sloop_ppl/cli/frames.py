@@ -72,10 +72,10 @@ def train(
         progress=progress,
     )
     save_weights(trained, out)
-    told = {"out": str(out), **trained.about}
+    payload = {"out": str(out), **trained.about}
     if stage is not None:
-        told["tuned"] = stage(out, progress)
-    print_json(told) if json else print_data(*(f"{k}: {v}" for k, v in told.items()))
+        payload["tuned"] = stage(out, progress)
+    print_json(payload) if json else print_data(*(f"{k}: {v}" for k, v in payload.items()))
 
 
 @app.command("predict")

@@ -34,13 +34,13 @@ def parse(
     city = sloop.load_map(map_)
     declared = language.load_targets(targets) if targets else None
     parser = language.dependency_parser(nlp) if nlp else "rules"
-    said = language.parse(text, city, declared, parser, language.check_viewpoint(viewpoint))
+    parsed = language.parse(text, city, declared, parser, language.check_viewpoint(viewpoint))
     if page:
         with written_whole(page) as path:
-            path.write_text(language.html_page(said), encoding="utf-8")
+            path.write_text(language.html_page(parsed), encoding="utf-8")
     if json:
-        print_json(said.to_json())
-    elif said.relations:
-        print_data(language.coloured_text(said), "", relation_table(said))
-    if not said.relations:
-        raise language.no_relation_found(said, city, declared)
+        print_json(parsed.to_json())
+    elif parsed.relations:
+        print_data(language.coloured_text(parsed), "", relation_table(parsed))
+    if not parsed.relations:
+        raise language.no_relation_found(parsed, city, declared)

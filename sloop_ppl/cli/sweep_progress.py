@@ -55,5 +55,5 @@ def _left(now: SweepProgress) -> str:
         return ""
     minutes, seconds = divmod(round(now.seconds_left), 60)
     hours, minutes = divmod(minutes, 60)
-    told = f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s"
-    return f"{told if hours or minutes else f'{seconds} s'} left"
+    duration = f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s"
+    return f"{duration if hours or minutes else f'{seconds} s'} left"
