@@ -33,7 +33,7 @@ from sloop_ppl.models.frames import (
     load_weights,
     padded_choices,
     pictures_of,
-    predict_fronts,
+    predict_frames,
     shipped_weights,
 )
 
@@ -76,8 +76,8 @@ def bench_one(trained: TrainedFrames, city: CityMap, count: int, rounds: int) ->
     """Predict buildings one by one, after the first of a map that was just read."""
     ids = [building.id for building in city.of_kind("building")][:count]
     fresh = [city.with_grid(city.grid) for _ in range(3)]
-    firsts = [timed(lambda a=one: predict_fronts(trained, a, ids[:1]))[0] for one in fresh]
-    whole = least([lambda i=i: predict_fronts(trained, city, [i]) for i in ids], rounds)
+    firsts = [timed(lambda a=one: predict_frames(trained, a, ids[:1]))[0] for one in fresh]
+    whole = least([lambda i=i: predict_frames(trained, city, [i]) for i in ids], rounds)
     alone = least([bare(trained, city, [i]) for i in ids], rounds)
     show(f"one of {city.name}", whole, alone, 2.0)
     print(f"{f'  the first of {city.name}':44} {min(firsts):15.2f}")
@@ -90,7 +90,7 @@ def bench_many(trained: TrainedFrames, some: list[tuple[CityMap, int]], rounds: 
         for city, count in some
     ]
     forward = [bare(trained, city, ids) for city, ids in lots]
-    whole = least([lambda: [predict_fronts(trained, city, ids) for city, ids in lots]], rounds)
+    whole = least([lambda: [predict_frames(trained, city, ids) for city, ids in lots]], rounds)
     alone = least([lambda: [work() for work in forward]], rounds)
     where = lots[0][0].name if len(lots) == 1 else f"{len(lots)} bundled maps"
     show(f"{sum(len(ids) for _, ids in lots)} of {where}", whole, alone, 500.0)

@@ -36,7 +36,7 @@ from sloop_ppl.inference import Importance, infer_batch, infer_description
 from sloop_ppl.language import Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.city import FIELDS
-from sloop_ppl.models import Preset, ground_description, preset
+from sloop_ppl.models import ObservationModel, ground_description, preset
 
 SAID = (("behind", "VelvetDog"), ("left", "Ivy"), ("front", "Rumor"))
 CAR = "GreenToyota"
@@ -138,7 +138,7 @@ class ReferenceInputs:
     lapse: Tensor
 
     @classmethod
-    def of(cls, city: CityMap, said: Description, model: Preset) -> ReferenceInputs:
+    def of(cls, city: CityMap, said: Description, model: ObservationModel) -> ReferenceInputs:
         """Look up distances and bearings, and predict the fronts."""
         terms = ground_description(said, city, model)[CAR]
         likelihood: Any = model.likelihood
@@ -146,8 +146,10 @@ class ReferenceInputs:
             likelihood.directed_street_m if term.is_line else likelihood.directed_m
             for term in terms
         ]
-        fronts = [model.frame_prior(term) for term in terms]
-        parts = [(i, part) for i, front in enumerate(fronts) for part in front.parts]
+        frame_priors = [model.frame_prior(term) for term in terms]
+        parts = [
+            (i, part) for i, frame_prior in enumerate(frame_priors) for part in frame_prior.parts
+        ]
         share = torch.zeros(len(terms), len(parts), dtype=torch.float64)
         for p, (i, part) in enumerate(parts):
             share[i, p] = part.weight
@@ -160,7 +162,7 @@ class ReferenceInputs:
             mean_rad=_column([part.mean_rad for _, part in parts]),
             kappa=_column([part.kappa for _, part in parts]),
             share=share,
-            lapse=_column([front.lapse for front in fronts]),
+            lapse=_column([frame_prior.lapse for frame_prior in frame_priors]),
         )
 
 
@@ -169,7 +171,7 @@ def _column(numbers: list[float]) -> Tensor:
 
 
 @torch.inference_mode()
-def bare_torch(inputs: ReferenceInputs, model: Preset) -> Tensor:
+def bare_torch(inputs: ReferenceInputs, model: ObservationModel) -> Tensor:
     """Return the belief that frame relations alone give under ``bayes``, shape (S,).
 
     Notes

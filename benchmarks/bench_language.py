@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sloop_ppl.eval import DescribedScene, bundled_examples, read_descriptions, score_parser
+from sloop_ppl.eval import AnnotatedDescription, bundled_examples, read_descriptions, score_parser
 from sloop_ppl.eval.corruption import misspell
 from sloop_ppl.language import Parser, dependency_parser, parse
 from sloop_ppl.maps import bundled_maps, load_map
@@ -40,33 +40,35 @@ def main() -> None:
     given = options.parse_args()
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     few = slice(8 if given.quick else None)
-    scenes = list(bundled_examples())[few]
+    descriptions = list(bundled_examples())[few]
     if given.quick:
-        bench_quality("bundled", scenes, given.nlp)
+        bench_quality("bundled", descriptions, given.nlp)
     elif given.descriptions.is_dir():
         published = list(read_descriptions(sorted(given.descriptions.glob("*.jsonl"))))
         bench_quality("published", published, given.nlp)
-        scenes += published
+        descriptions += published
     else:
         print(f"no descriptions in {given.descriptions}: not scored")
     for part in ("dev", "scored"):
         score = score_parser(read_descriptions(HARD / f"hard_{part}.jsonl")[few])
         print(f"hard set, {part}: tuple {score.tuple_f1:.4f} over {score.n} (.93 on scored)")
-    bench_speed(scenes, 1 if given.quick else given.rounds)
+    bench_speed(descriptions, 1 if given.quick else given.rounds)
     bench_length(200 if given.quick else 10_000)
 
 
-def bench_quality(name: str, scenes: Sequence[DescribedScene], nlp: str | None) -> None:
+def bench_quality(name: str, descriptions: Sequence[AnnotatedDescription], nlp: str | None) -> None:
     """Score the rules plainly, on merged maps and with slips, and the paper's rule beside them."""
     maps = [load_map(m) for m in bundled_maps()]
-    plain = score_parser(scenes)
+    plain = score_parser(descriptions)
     print(
         f"{name}: tuple {plain.tuple_f1:.4f} (.97), class {plain.class_f1:.4f} (.98), "
         f"pair {plain.pair_f1:.4f} (.99) over {plain.n}"
     )
-    print(f"{name}, merged maps: tuple {score_parser(scenes, merged=maps).tuple_f1:.4f} (.96)")
+    print(
+        f"{name}, merged maps: tuple {score_parser(descriptions, merged=maps).tuple_f1:.4f} (.96)"
+    )
     slips = [
-        score_parser(scenes, misspelt=0.15, rng=np.random.default_rng(seed)).tuple_f1
+        score_parser(descriptions, misspelt=0.15, rng=np.random.default_rng(seed)).tuple_f1
         for seed in range(5)
     ]
     print(f"{name}, 15 % misspelt: tuple {slips[0]:.4f} (.93), seeds 0-4 mean {np.mean(slips):.4f}")
@@ -76,15 +78,15 @@ def bench_quality(name: str, scenes: Sequence[DescribedScene], nlp: str | None) 
             "within clauses": dependency_parser(nlp),
         }
         for rule, parser in rules.items():
-            score = score_parser(scenes, parser=parser)
+            score = score_parser(descriptions, parser=parser)
             print(f"{name}, {rule}: tuple {score.tuple_f1:.4f}, pair {score.pair_f1:.4f}")
 
 
-def bench_speed(scenes: Sequence[DescribedScene], rounds: int) -> None:
+def bench_speed(descriptions: Sequence[AnnotatedDescription], rounds: int) -> None:
     """Read all texts over and over, on one core."""
     city = load_map("cleveland")
     maps = {name: load_map(name) for name in bundled_maps()}
-    texts = [(s.text, maps[s.map]) for s in scenes]
+    texts = [(s.text, maps[s.map]) for s in descriptions]
     parse("The red bike is near Ivy", city)
     warm, fresh = [], []
     for k in range(rounds):

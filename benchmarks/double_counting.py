@@ -38,9 +38,9 @@ def main() -> None:
     options.add_argument("files", nargs="*", help="description files, .jsonl")
     options.add_argument("--quick", action="store_true", help="show that it runs, in seconds")
     given = options.parse_args()
-    scenes = read_descriptions(given.files) if given.files else bundled_examples()
+    descriptions = read_descriptions(given.files) if given.files else bundled_examples()
     if given.quick:
-        scenes = scenes[::5]
+        descriptions = descriptions[::5]
     torch.set_num_threads(1)
     product = replace(
         unfitted(preset("bayes")),
@@ -53,7 +53,7 @@ def main() -> None:
         for cure, changes in CURES.items()
     }
     named = {f"{name}, {cure}": model for (name, cure), model in models.items()}
-    quality = score_beliefs(scenes, named, rng=np.random.default_rng(0))
+    quality = score_beliefs(descriptions, named, rng=np.random.default_rng(0))
     print("| model | cure | log score | 1 relation | 2 | 3 and more | all |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")
     for (name, cure), scored in zip(models, quality.models.values(), strict=True):

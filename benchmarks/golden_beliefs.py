@@ -33,10 +33,10 @@ import torch
 from numpy.typing import NDArray
 from scipy.special import entr
 
-from sloop_ppl.eval import DescribedScene, bundled_examples, read_descriptions
-from sloop_ppl.eval.quality import beliefs_of, read_scene
+from sloop_ppl.eval import AnnotatedDescription, bundled_examples, read_descriptions
+from sloop_ppl.eval.quality import beliefs_of, read_annotated
 from sloop_ppl.maps import load_map
-from sloop_ppl.models import FRAME_PREDICTORS, Preset, preset
+from sloop_ppl.models import FRAME_PREDICTORS, ObservationModel, preset
 
 PUBLISHED = ("uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4", "bayes")
 PAPER = ("sloop", "sloop-m2", "sloop-m4")
@@ -57,25 +57,25 @@ def main() -> None:
     options.add_argument("--sketch", action="store_true", help="record a few numbers of each")
     given = options.parse_args()
     torch.set_num_threads(1)
-    scenes = bundled_examples()
+    descriptions = bundled_examples()
     if given.quick:
         with TemporaryDirectory() as folder:
             file = Path(folder) / "goldens.npz"
-            np.savez(file, **everything(scenes[:2]))
-            raise SystemExit(not check(file, scenes[:2], given.tolerance))
+            np.savez(file, **everything(descriptions[:2]))
+            raise SystemExit(not check(file, descriptions[:2], given.tolerance))
     if given.what is None or given.file is None:
         options.error("tell what to do, record or check, and the file")
     if given.descriptions:
-        scenes += read_descriptions(sorted(given.descriptions.glob("*.jsonl")))
+        descriptions += read_descriptions(sorted(given.descriptions.glob("*.jsonl")))
     if given.what == "check":
-        raise SystemExit(not check(given.file, scenes, given.tolerance))
+        raise SystemExit(not check(given.file, descriptions, given.tolerance))
     if given.sketch:
-        np.savez_compressed(given.file, **sketches(scenes))
+        np.savez_compressed(given.file, **sketches(descriptions))
     else:
-        np.savez(given.file, **everything(scenes))
+        np.savez(given.file, **everything(descriptions))
 
 
-def models() -> dict[str, Preset]:
+def models() -> dict[str, ObservationModel]:
     """Return the models by name."""
     published = {name: preset(name) for name in PUBLISHED}
     paper = {f"{name} (paper)": preset(name, "paper") for name in PAPER}
@@ -85,28 +85,30 @@ def models() -> dict[str, Preset]:
     return published | paper | {NEAREST: nearest}
 
 
-def beliefs(scenes: Sequence[DescribedScene], model: Preset) -> dict[str, Table]:
+def beliefs(
+    descriptions: Sequence[AnnotatedDescription], model: ObservationModel
+) -> dict[str, Table]:
     """Return "scene, target" -> belief given the gold relations, shape (H, W)."""
     found = {}
-    for scene in scenes:
-        city, said = read_scene(scene, load_map(scene.map), "gold")
-        for target, belief in beliefs_of(scene, said, city, model).items():
-            found[f"{scene.id}, {target}"] = belief
+    for annotated in descriptions:
+        city, said = read_annotated(annotated, load_map(annotated.map), "gold")
+        for target, belief in beliefs_of(annotated, said, city, model).items():
+            found[f"{annotated.id}, {target}"] = belief
     return found
 
 
-def everything(scenes: Sequence[DescribedScene]) -> dict[str, Table]:
+def everything(descriptions: Sequence[AnnotatedDescription]) -> dict[str, Table]:
     """Return "model, scene, target" -> belief."""
     return {
         f"{name}, {which}": belief
         for name, model in models().items()
-        for which, belief in beliefs(scenes, model).items()
+        for which, belief in beliefs(descriptions, model).items()
     }
 
 
-def check(file: Path, scenes: Sequence[DescribedScene], tolerance: float) -> bool:
+def check(file: Path, descriptions: Sequence[AnnotatedDescription], tolerance: float) -> bool:
     """Print how far each model's beliefs are from those of a file; tell whether all is well."""
-    found = everything(scenes)
+    found = everything(descriptions)
     with np.load(file) as opened:
         kept = {which: opened[which] for which in opened.files}
     sound = True
@@ -127,7 +129,7 @@ def check(file: Path, scenes: Sequence[DescribedScene], tolerance: float) -> boo
     return sound and not lacking and not unasked
 
 
-def sketches(scenes: Sequence[DescribedScene]) -> dict[str, NDArray[np.generic]]:
+def sketches(descriptions: Sequence[AnnotatedDescription]) -> dict[str, NDArray[np.generic]]:
     """Return a few numbers of each belief, by model M and belief B.
 
     Returns
@@ -137,7 +139,7 @@ def sketches(scenes: Sequence[DescribedScene]) -> dict[str, NDArray[np.generic]]
         the projections, shape (P, S / 8); ``projections``, shape (M, B, P), and ``entropies``,
         shape (M, B).
     """
-    found = {name: beliefs(scenes, model) for name, model in models().items()}
+    found = {name: beliefs(descriptions, model) for name, model in models().items()}
     flat = np.stack([[belief.reshape(-1) for belief in told.values()] for told in found.values()])
     bits = np.random.default_rng(0).integers(2, size=(PROJECTIONS, flat.shape[-1]), dtype=np.uint8)
     packed = np.packbits(bits, axis=1)

@@ -39,23 +39,23 @@ QUICK = "greedy,random,pouct:10,fast:10:published@1,fast:10"
 
 def beliefs_of(files, model, maps):
     """Return (key, configuration, city, {target: belief}, {target: place}) of every description."""
-    scenes = read_descriptions(files, maps) if files else bundled_examples()
+    descriptions = read_descriptions(files, maps) if files else bundled_examples()
     told = []
-    for scene in scenes:
-        city = maps(scene.map)
-        said = Description(scene.text, scene.map, scene.objects, scene.relations)
-        places = {t: (p.x_m, p.y_m) for t, p in scene.targets.items()}
+    for annotated in descriptions:
+        city = maps(annotated.map)
+        said = Description(annotated.text, annotated.map, annotated.objects, annotated.relations)
+        places = {t: (p.x_m, p.y_m) for t, p in annotated.targets.items()}
         posterior, _ = infer_description(said, city, model, truth=places)
         beliefs = {target: np.asarray(posterior.belief(target)) for target in places}
-        told.append((scene.id, scene.configuration, city, beliefs, places))
+        told.append((annotated.id, annotated.configuration, city, beliefs, places))
     return told
 
 
-def one_by_one(scenes):
+def one_by_one(descriptions):
     """Return every target as a case of its own."""
     return [
         (f"{key}/{target}", configuration, city, {target: belief}, {target: places[target]})
-        for key, configuration, city, beliefs, places in scenes
+        for key, configuration, city, beliefs, places in descriptions
         for target, belief in beliefs.items()
     ]
 
@@ -150,8 +150,8 @@ def main():
             with options.out.open("a", encoding="utf-8") as file:
                 file.write(line + "\n")
 
-    scenes = beliefs_of(options.files, options.model, maps)
-    cases = (scenes if options.together else one_by_one(scenes))[:: options.every]
+    descriptions = beliefs_of(options.files, options.model, maps)
+    cases = (descriptions if options.together else one_by_one(descriptions))[:: options.every]
     clusters = [f"{case[2].name}/{case[1]}" for case in cases]
     settings = {"sensor_range_cells": options.range, "fov_deg": options.fov}
     say(

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from sloop_ppl.eval.crossval import examples_of
     from sloop_ppl.eval.describe import SetSummary, describe_set
     from sloop_ppl.eval.descriptions import (
-        DescribedScene,
+        AnnotatedDescription,
         FrameAnnotation,
         Place,
         bundled_examples,
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from sloop_ppl.eval.trials import Searching, Trial, TrialKey
 
 __all__ = [
+    "AnnotatedDescription",
     "BeliefQuality",
-    "DescribedScene",
     "FrameAnnotation",
     "ModelQuality",
     "ParseScore",
@@ -47,7 +47,7 @@ _HOMES = {
     "crossval": ("examples_of",),
     "describe": ("SetSummary", "describe_set"),
     "descriptions": (
-        "DescribedScene",
+        "AnnotatedDescription",
         "FrameAnnotation",
         "Place",
         "bundled_examples",

@@ -95,7 +95,7 @@ class ScoredTarget:
 
     Parameters
     ----------
-    scene
+    description
         Id of the description.
     configuration
         The placement of objects it describes.
@@ -110,7 +110,7 @@ class ScoredTarget:
         How good the belief is.
     """
 
-    scene: str
+    description: str
     configuration: str
     target: str
     map: str

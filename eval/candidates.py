@@ -10,14 +10,14 @@ from sloop_ppl.models import (
     PRESETS,
     UNFITTED_BAYES,
     Component,
+    ObservationModel,
     PredictedSpread,
-    Preset,
 )
 from sloop_ppl.registry import Registry
 
 __all__ = ["CANDIDATES", "FAMILIES"]
 
-CANDIDATES: Registry[Preset] = Registry("candidate")
+CANDIDATES: Registry[ObservationModel] = Registry("candidate")
 """`bayes` before its fit, with one thing changed in each."""
 
 FAMILIES = ("student-vonmises", "gaussian-clipped", "gaussian-cosine")

@@ -35,10 +35,10 @@ def misspell(text: str, share: float, *, rng: np.random.Generator) -> str:
     >>> misspell("behind Velvet Dog", 1.0, rng=np.random.default_rng(1))
     'behidn Vielvet Dog'
     """
-    return _LONG_WORD.sub(lambda m: _slip(m[0], rng) if rng.random() < share else m[0], text)
+    return _LONG_WORD.sub(lambda m: _typo(m[0], rng) if rng.random() < share else m[0], text)
 
 
-def _slip(word: str, rng: np.random.Generator) -> str:
+def _typo(word: str, rng: np.random.Generator) -> str:
     """Return `word` after one edit that changes it."""
     kind = int(rng.integers(4))
     at = int(rng.integers(len(word)))

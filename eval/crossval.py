@@ -5,45 +5,45 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.inference.learning import Example, fit
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset, unfitted
+from sloop_ppl.models import ObservationModel, unfitted
 
 __all__ = ["examples_of", "refitted"]
 
 
 def examples_of(
-    scenes: Sequence[DescribedScene], find_map: Callable[[str], CityMap] = load_map
+    descriptions: Sequence[AnnotatedDescription], find_map: Callable[[str], CityMap] = load_map
 ) -> list[Example]:
-    """Return the gold relations of scenes with the cells of their targets, to learn from."""
+    """Return the gold relations of descriptions with the cells of their targets, to learn from."""
     examples = []
-    for scene in scenes:
-        city = find_map(scene.map)
-        cells = {target: place.cell for target, place in scene.targets.items()}
-        examples.append(Example(scene.description(city), city, cells, scene.speaker))
+    for annotated in descriptions:
+        city = find_map(annotated.map)
+        cells = {target: place.cell for target, place in annotated.targets.items()}
+        examples.append(Example(annotated.description(city), city, cells, annotated.speaker))
     return examples
 
 
 def refitted(
-    scenes: Sequence[DescribedScene],
-    model: Preset,
+    descriptions: Sequence[AnnotatedDescription],
+    model: ObservationModel,
     find_map: Callable[[str], CityMap] = load_map,
     *,
     iterations: int = 30,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Preset]:
-    """Return map name -> the model fitted to the scenes of all other maps.
+) -> dict[str, ObservationModel]:
+    """Return map name -> the model fitted to the descriptions of all other maps.
 
     Parameters
     ----------
-    scenes
+    descriptions
         Scenes of at least two maps.
     model
         Where the fit starts; `bayes` starts from where it stood before its own fit, which has seen
         all maps.
     find_map
-        Gives the map of a scene by name.
+        Gives the map of a description by name.
     iterations
         At most this many of L-BFGS per fit.
     progress
@@ -52,9 +52,9 @@ def refitted(
     Raises
     ------
     InputError
-        When all scenes are of one map.
+        When all descriptions are of one map.
     """
-    maps = list(dict.fromkeys(scene.map for scene in scenes))
+    maps = list(dict.fromkeys(annotated.map for annotated in descriptions))
     if len(maps) < 2:
         raise InputError(
             f"The descriptions are of one map ({', '.join(maps)}); expected at least two, so that "
@@ -63,7 +63,9 @@ def refitted(
     start = unfitted(model)
     found = {}
     for left_out in maps:
-        rest = examples_of([scene for scene in scenes if scene.map != left_out], find_map)
+        rest = examples_of(
+            [annotated for annotated in descriptions if annotated.map != left_out], find_map
+        )
         fitted = fit(rest, start, iterations=iterations, intervals=False)
         found[left_out] = fitted.apply(start)
         if progress:

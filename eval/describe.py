@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.descriptions import DescribedScene, read_descriptions
+from sloop_ppl.eval.descriptions import AnnotatedDescription, read_descriptions
 from sloop_ppl.eval.facts import facts_of, plain_word
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.tables import Table
@@ -91,13 +91,13 @@ def describe_files(files: Sequence[str | Path], *, maps: str | Path | None = Non
 
 
 def describe_set(
-    scenes: Sequence[DescribedScene], find_map: Callable[[str], CityMap] = load_map
+    descriptions: Sequence[AnnotatedDescription], find_map: Callable[[str], CityMap] = load_map
 ) -> SetSummary:
     """Return what is in a set of descriptions.
 
     Parameters
     ----------
-    scenes
+    descriptions
         At least one.
     find_map
         Gives the map of a description by name.
@@ -107,28 +107,37 @@ def describe_set(
     InputError
         When there is no description.
     """
-    if not scenes:
+    if not descriptions:
         raise InputError("There is no description to describe; expected at least one")
-    facts = [fact for scene in scenes for fact in facts_of(scene, find_map(scene.map))]
+    facts = [
+        fact for annotated in descriptions for fact in facts_of(annotated, find_map(annotated.map))
+    ]
     read, whole = 0, 0
-    for scene in scenes:
+    for annotated in descriptions:
         utterance = parse(
-            scene.text, find_map(scene.map), scene.objects or None, viewpoint=scene.viewpoint
+            annotated.text,
+            find_map(annotated.map),
+            annotated.objects or None,
+            viewpoint=annotated.viewpoint,
         )
         found = {relation.figure for relation in utterance.relations}
-        read += sum(target in found for target in scene.targets)
-        whole += set(scene.targets) <= found if scene.targets else bool(found)
-    counts = Counter(plain_word(r.relation) for scene in scenes for r in scene.relations)
-    sizes = Counter((scene.map, scene.configuration) for scene in scenes)
+        read += sum(target in found for target in annotated.targets)
+        whole += set(annotated.targets) <= found if annotated.targets else bool(found)
+    counts = Counter(
+        plain_word(r.relation) for annotated in descriptions for r in annotated.relations
+    )
+    sizes = Counter((annotated.map, annotated.configuration) for annotated in descriptions)
     objects: dict[tuple[str, str], set[str]] = {}
-    for scene in scenes:
-        objects.setdefault((scene.map, scene.configuration), set()).update(scene.targets)
+    for annotated in descriptions:
+        objects.setdefault((annotated.map, annotated.configuration), set()).update(
+            annotated.targets
+        )
     return SetSummary(
-        descriptions=len(scenes),
+        descriptions=len(descriptions),
         targets=len(facts),
         configurations=len(sizes),
-        speakers=len({scene.speaker for scene in scenes} - {None}),
-        words_mean=float(np.mean([len(scene.text.split()) for scene in scenes])),
+        speakers=len({annotated.speaker for annotated in descriptions} - {None}),
+        words_mean=float(np.mean([len(annotated.text.split()) for annotated in descriptions])),
         targets_with_relation=sum(bool(one.relations) for one in facts),
         targets_read=read,
         descriptions_read=whole,
@@ -138,7 +147,7 @@ def describe_set(
         relations_per_target=_histogram(len(one.relations) for one in facts),
         descriptions_per_configuration=_histogram(sizes.values()),
         targets_per_configuration=_histogram(map(len, objects.values())),
-        maps=dict(Counter(scene.map for scene in scenes)),
+        maps=dict(Counter(annotated.map for annotated in descriptions)),
     )
 
 

@@ -26,7 +26,7 @@ from sloop_ppl.language import (
 from sloop_ppl.maps import CityMap, Grid, load_map
 
 __all__ = [
-    "DescribedScene",
+    "AnnotatedDescription",
     "FrameAnnotation",
     "Place",
     "bundled_examples",
@@ -82,7 +82,7 @@ class FrameAnnotation:
 
 
 @dataclass(frozen=True)
-class DescribedScene:
+class AnnotatedDescription:
     """One line of a description file: a text, what it says, and where the targets are.
 
     Parameters
@@ -124,7 +124,7 @@ class DescribedScene:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by value; a view of a mapping cannot be pickled."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return DescribedScene, (*({**values, "targets": dict(self.targets)}.values()),)
+        return AnnotatedDescription, (*({**values, "targets": dict(self.targets)}.values()),)
 
     @property
     def objects(self) -> tuple[TargetObject, ...]:
@@ -144,7 +144,7 @@ class DescribedScene:
 
 def read_descriptions(
     paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
-) -> tuple[DescribedScene, ...]:
+) -> tuple[AnnotatedDescription, ...]:
     """Read one or several description files.
 
     Parameters
@@ -156,7 +156,7 @@ def read_descriptions(
 
     Returns
     -------
-    tuple of DescribedScene
+    tuple of AnnotatedDescription
         In file order.
 
     Raises
@@ -173,19 +173,19 @@ def read_descriptions(
     Examples
     --------
     >>> from sloop_ppl.eval import bundled_examples
-    >>> scene = bundled_examples()[0]
-    >>> scene.map, scene.targets["RedBike"].cell, scene.relations[1].grounds
+    >>> annotated = bundled_examples()[0]
+    >>> annotated.map, annotated.targets["RedBike"].cell, annotated.relations[1].grounds
     ('austin', (34, 19), ('ClaudiaTaylorJohnsonHall', 'ChaseBankTower'))
     """
-    scenes, faults = read_sound_descriptions(paths, find_map)
+    descriptions, faults = read_sound_descriptions(paths, find_map)
     if faults:
         raise InputError("; ".join(faults))
-    return scenes
+    return descriptions
 
 
 def read_sound_descriptions(
     paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
-) -> tuple[tuple[DescribedScene, ...], tuple[str, ...]]:
+) -> tuple[tuple[AnnotatedDescription, ...], tuple[str, ...]]:
     """Return the lines of description files that follow the format, and the faults of the others.
 
     Parameters
@@ -196,7 +196,7 @@ def read_sound_descriptions(
     Returns
     -------
     tuple
-        The scenes in file order, and a fault for each line or file that has one: file, line
+        The descriptions in file order, and a fault for each line or file that has one: file, line
         number, field, what was found and what was expected.
 
     Raises
@@ -206,30 +206,30 @@ def read_sound_descriptions(
     """
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)
-    scenes: dict[str, DescribedScene] = {}
+    descriptions: dict[str, AnnotatedDescription] = {}
     faults: list[str] = []
     for source in sources:
-        before = len(scenes), len(faults)
+        before = len(descriptions), len(faults)
         for number, line in _lines(source):
             try:
-                scene = _scene(_parse(line), find)
-                _check_new(scene.id, scenes)
-                scenes[scene.id] = scene
+                annotated = _annotated(_parse(line), find)
+                _check_new(annotated.id, descriptions)
+                descriptions[annotated.id] = annotated
             except Fault as fault:
                 faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
-        if before == (len(scenes), len(faults)):
+        if before == (len(descriptions), len(faults)):
             faults.append(f"{source} holds no description; expected one JSON object a line")
-    return tuple(scenes.values()), tuple(faults)
+    return tuple(descriptions.values()), tuple(faults)
 
 
-def bundled_examples() -> tuple[DescribedScene, ...]:
+def bundled_examples() -> tuple[AnnotatedDescription, ...]:
     """Return the example descriptions of the bundled cities that ship with the package."""
     return read_descriptions(Path(str(files("sloop_ppl"))) / "data" / "examples.jsonl")
 
 
-def _check_new(scene_id: str, known: Container[str]) -> None:
-    if scene_id in known:
-        raise Fault("id", f"repeats '{scene_id}'; expected one line for each id")
+def _check_new(description_id: str, known: Container[str]) -> None:
+    if description_id in known:
+        raise Fault("id", f"repeats '{description_id}'; expected one line for each id")
 
 
 def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
@@ -252,8 +252,8 @@ def _parse(line: str) -> Record:
     return Record(data)
 
 
-def _scene(record: Record, find: FindMap) -> DescribedScene:
-    scene_id, text = record.text("id"), record.text("text")
+def _annotated(record: Record, find: FindMap) -> AnnotatedDescription:
+    description_id, text = record.text("id"), record.text("text")
     name = record.text("map")
     try:
         city = find(name)
@@ -265,10 +265,10 @@ def _scene(record: Record, find: FindMap) -> DescribedScene:
     except SloopError as error:
         raise record.fault("viewpoint", f"is none: {error}") from error
     gold = _relations(record.entries("relations"), targets, city)
-    return DescribedScene(
-        id=scene_id,
+    return AnnotatedDescription(
+        id=description_id,
         map=name,
-        configuration=record.text("configuration", scene_id),
+        configuration=record.text("configuration", description_id),
         text=text,
         targets=targets,
         relations=Description(text, name, (), gold, viewpoint=viewpoint).relations,

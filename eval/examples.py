@@ -60,17 +60,19 @@ def write_examples(sweep: Sweep, folder: RunFolder) -> None:
         for trial in folder.trials()
         if trial.key.model == name and trial.key.range_cells == range_cells
     ]
-    scenes = {entry.scene.id: entry for entry in sweep.told}
+    descriptions = {searched.annotated.id: searched for searched in sweep.descriptions}
     try:
         folder.examples.mkdir(exist_ok=True)
     except OSError as error:
         raise OutputError(f"'{folder.examples}' cannot be made: {error.strerror}") from error
     for example, trial in example_trials(trials).items():
         key = trial.key
-        entry = scenes[key.description]
-        model = sweep.model(name, entry.scene.map)
-        belief = beliefs_of(entry.scene, entry.said, entry.city, model)[key.target]
-        episode = run_trial(key, entry.scene, entry.city, belief, sweep.searching)
+        searched = descriptions[key.description]
+        model = sweep.model(name, searched.annotated.map)
+        belief = beliefs_of(searched.annotated, searched.description, searched.city, model)[
+            key.target
+        ]
+        episode = run_trial(key, searched.annotated, searched.city, belief, sweep.searching)
         kept = replace(episode, beliefs=(MappingProxyType({key.target: belief}),))
         path = folder.examples / f"{example}.json"
         write_episode(kept, path, model=name, description=key.description, start=key.start)

@@ -8,18 +8,18 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.descriptions import DescribedScene, Place
+from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import PredictedPoint, RelationTerm, ground_relations
+from sloop_ppl.models import GroundedRelation, PredictedPoint, ground_relations
 
-__all__ = ["SaidRelation", "TargetFacts", "facts_of", "plain_word"]
+__all__ = ["RelationFacts", "TargetFacts", "facts_of", "plain_word"]
 
-_FRONTS = PredictedPoint()
+_FRAME_PRIOR = PredictedPoint()
 
 
 @dataclass(frozen=True)
-class SaidRelation:
+class RelationFacts:
     """One gold relation of a target.
 
     Parameters
@@ -60,7 +60,7 @@ class TargetFacts:
     target: str
     map: str
     configuration: str
-    relations: tuple[SaidRelation, ...]
+    relations: tuple[RelationFacts, ...]
 
     @property
     def good(self) -> bool | None:
@@ -73,7 +73,7 @@ class TargetFacts:
         return asdict(self)
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> TargetFacts:
+    def from_json(cls, record: Mapping[str, Any]) -> TargetFacts:
         """Return the facts that `to_json` told.
 
         Raises
@@ -83,10 +83,10 @@ class TargetFacts:
         """
         try:
             relations = tuple(
-                SaidRelation(**{**one, "grounds": tuple(one["grounds"])})
-                for one in told["relations"]
+                RelationFacts(**{**one, "grounds": tuple(one["grounds"])})
+                for one in record["relations"]
             )
-            return cls(**{**told, "relations": relations})
+            return cls(**{**record, "relations": relations})
         except (KeyError, TypeError) as error:
             raise InputError(
                 f"The targets of a sweep are damaged ({error}); run it anew"
@@ -105,30 +105,30 @@ def plain_word(word: str) -> str:
     return record.relation_class if record.is_compass or record.needs_frame else word
 
 
-def facts_of(scene: DescribedScene, city: CityMap) -> list[TargetFacts]:
-    """Return what was said of each target of a scene, in its order."""
+def facts_of(annotated: AnnotatedDescription, city: CityMap) -> list[TargetFacts]:
+    """Return what was said of each target of a description, in its order."""
     return [
         TargetFacts(
-            description=scene.id,
+            description=annotated.id,
             target=target,
-            map=scene.map,
-            configuration=scene.configuration,
-            relations=_relations(scene.about(target), place, city),
+            map=annotated.map,
+            configuration=annotated.configuration,
+            relations=_relations(annotated.about(target), place, city),
         )
-        for target, place in scene.targets.items()
+        for target, place in annotated.targets.items()
     ]
 
 
 def _relations(
     phrases: Sequence[SpatialRelation], place: Place, city: CityMap
-) -> tuple[SaidRelation, ...]:
+) -> tuple[RelationFacts, ...]:
     found = []
     for relation in phrases:
         terms = ground_relations((relation,), city)
         framed = [t for t in terms if t.needs_frame and not t.is_map and not relation.negated]
         goods = [_good(term, place) for term in framed]
         found.append(
-            SaidRelation(
+            RelationFacts(
                 relation.relation,
                 terms[0].relation_class,
                 relation.grounds,
@@ -139,7 +139,7 @@ def _relations(
     return tuple(found)
 
 
-def _good(term: RelationTerm, place: Place) -> bool:
+def _good(term: GroundedRelation, place: Place) -> bool:
     """Tell whether a target is on the side of its ground that the prediction says.
 
     Notes
@@ -150,5 +150,5 @@ def _good(term: RelationTerm, place: Place) -> bool:
     """
     x, y = term.city.centroid(term.ground)
     bearing = math.atan2(place.y_m - y, place.x_m - x)
-    fronts = [part.mean_rad for part in _FRONTS(term).parts]
-    return any(math.cos(bearing - (front + term.offset_rad)) > 0 for front in fronts)
+    angles = [part.mean_rad for part in _FRAME_PRIOR(term).parts]
+    return any(math.cos(bearing - (angle + term.offset_rad)) > 0 for angle in angles)

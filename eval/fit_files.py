@@ -19,7 +19,7 @@ from sloop_ppl.eval.quality_report import quality_tables
 from sloop_ppl.eval.selection import Selection, select_model
 from sloop_ppl.eval.tables import Estimate, Table
 from sloop_ppl.inference.learning import Fitted
-from sloop_ppl.models import PRESETS, Preset, unfitted
+from sloop_ppl.models import PRESETS, ObservationModel, unfitted
 from sloop_ppl.outputs import check_output
 
 __all__ = ["candidates_named", "fit_files", "fit_tables"]
@@ -69,7 +69,7 @@ def fit_files(
     chosen = candidates_named(models)
     check_output(out, (".json",))
     find = map_finder(maps)
-    scenes = read_descriptions(files, find)
+    descriptions = read_descriptions(files, find)
     names = [Path(file).name for file in files]
     digests = {
         name if names.count(name) == 1 else str(file): file_digest(file)
@@ -80,13 +80,13 @@ def fit_files(
         "git": git_state(),
         "packages": packages(),
         "descriptions": digests,
-        "maps": {name: find(name).digest for name in dict.fromkeys(s.map for s in scenes)},
+        "maps": {name: find(name).digest for name in dict.fromkeys(s.map for s in descriptions)},
         "models": {name: model_digest(name, model) for name, model in chosen.items()},
     }
     kept = KeptFits(Path(out).with_suffix(".fits"), made_of, progress)
     try:
         selection = select_model(
-            scenes,
+            descriptions,
             chosen,
             find,
             references={_REFERENCE: PRESETS[_REFERENCE]},
@@ -111,7 +111,7 @@ def fit_files(
     return selection, fitted
 
 
-def candidates_named(names: str | None) -> dict[str, Preset]:
+def candidates_named(names: str | None) -> dict[str, ObservationModel]:
     """Return name -> model to fit: candidates, registered models, or ``FILE.py:NAME``.
 
     Parameters

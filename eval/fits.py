@@ -12,56 +12,57 @@ import cloudpickle
 import sloop_ppl
 from sloop_ppl.errors import OutputError
 from sloop_ppl.eval.crossval import refitted
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.manifest import git_state, model_digest, packages
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.outputs import written_whole
 
 __all__ = ["cross_validated"]
 
-Fits = dict[str, dict[str, Preset]]
+Fits = dict[str, dict[str, ObservationModel]]
 
 
 def cross_validated(
-    scenes: Sequence[DescribedScene],
-    models: Mapping[str, Preset],
+    descriptions: Sequence[AnnotatedDescription],
+    models: Mapping[str, ObservationModel],
     find_map: Callable[[str], CityMap],
     *,
     kept: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Fits:
-    """Return name -> map -> the model fitted to the scenes of all other maps.
+    """Return name -> map -> the model fitted to the descriptions of all other maps.
 
     Parameters
     ----------
-    scenes
+    descriptions
         Scenes of at least two maps.
     models
         Name -> where its fit starts.
     find_map
-        Gives the map of a scene by name.
+        Gives the map of a description by name.
     kept
-        File of fits. Those of the same scenes, maps, models, code and packages are taken from it;
-        others are made and written to it. It is a pickle: read only files of your own.
+        File of fits. Those of the same descriptions, maps, models, code and packages are taken from
+        it; others are made and written to it. It is a pickle: read only files of your own.
     progress
         Called with a line at a time on how it goes.
 
     Raises
     ------
     InputError
-        When all scenes are of one map.
+        When all descriptions are of one map.
     OutputError
         When the file cannot be written.
     """
-    key = _key(scenes, models, find_map)
+    key = _key(descriptions, models, find_map)
     found = _read(kept, key)
     if found is not None:
         if progress:
             progress(f"fits taken from {kept}")
         return found
     fits = {
-        name: refitted(scenes, model, find_map, progress=progress) for name, model in models.items()
+        name: refitted(descriptions, model, find_map, progress=progress)
+        for name, model in models.items()
     }
     if kept is not None and fits:
         try:
@@ -73,14 +74,14 @@ def cross_validated(
 
 
 def _key(
-    scenes: Sequence[DescribedScene],
-    models: Mapping[str, Preset],
+    descriptions: Sequence[AnnotatedDescription],
+    models: Mapping[str, ObservationModel],
     find_map: Callable[[str], CityMap],
 ) -> dict[str, Any]:
     """Return all that the fits depend on."""
     return {
-        "scenes": [repr(scene) for scene in scenes],
-        "maps": {scene.map: find_map(scene.map).digest for scene in scenes},
+        "descriptions": [repr(annotated) for annotated in descriptions],
+        "maps": {annotated.map: find_map(annotated.map).digest for annotated in descriptions},
         "models": {name: model_digest(name, model) for name, model in models.items()},
         "code": (sloop_ppl.__version__, git_state(), packages()),
     }

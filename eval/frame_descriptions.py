@@ -12,22 +12,22 @@ import numpy as np
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.bootstrap import clustered_interval
 from sloop_ppl.eval.crossval import examples_of
-from sloop_ppl.eval.descriptions import DescribedScene, read_descriptions
+from sloop_ppl.eval.descriptions import AnnotatedDescription, read_descriptions
 from sloop_ppl.inference.frame_tuning import framed_examples, tune_frames
-from sloop_ppl.inference.known_cells import Example
 from sloop_ppl.inference.learning import log_scores
+from sloop_ppl.inference.supervised_scores import Example
 from sloop_ppl.language import RELATIONS
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import UNFITTED_BAYES, PredictedSpread, Preset, preset
+from sloop_ppl.models import UNFITTED_BAYES, ObservationModel, PredictedSpread, preset
 from sloop_ppl.models.frames import frame_predictor
 from sloop_ppl.outputs import check_output
 from sloop_ppl.rng import child
 
-__all__ = ["FrontsInWords", "score_fronts_in_words", "second_stage"]
+__all__ = ["DescribedFrameScore", "score_described_frames", "second_stage"]
 
 
 @dataclass(frozen=True)
-class FrontsInWords:
+class DescribedFrameScore:
     """The log score of true cells given only front, behind, left and right.
 
     Parameters
@@ -60,19 +60,19 @@ class FrontsInWords:
         }
 
 
-def score_fronts_in_words(
-    scenes: Sequence[DescribedScene],
+def score_described_frames(
+    descriptions: Sequence[AnnotatedDescription],
     predictors: Sequence[str] = ("ego-ctx", "nearest-street"),
     find_map: Callable[[str], CityMap] = load_map,
     *,
-    model: str | Preset = UNFITTED_BAYES,
+    model: str | ObservationModel = UNFITTED_BAYES,
     rng: np.random.Generator,
-) -> FrontsInWords:
+) -> DescribedFrameScore:
     """Score the true cells of targets given only the frame relations that were said of them.
 
     Parameters
     ----------
-    scenes
+    descriptions
         Descriptions with gold relations and true places.
     predictors
         Names of frame predictors, or paths of weights; the first is compared with each of the
@@ -95,11 +95,11 @@ def score_fronts_in_words(
     prior = chosen.frame_prior
     if not isinstance(prior, PredictedSpread):
         raise InputError(f"Model '{chosen.name}' has a frame prior that takes no predictor")
-    labelled = [scene for scene in scenes if scene.targets]
+    labelled = [annotated for annotated in descriptions if annotated.targets]
     examples: list[tuple[str, Example]] = []
-    for scene, example in zip(labelled, examples_of(labelled, find_map), strict=True):
+    for annotated, example in zip(labelled, examples_of(labelled, find_map), strict=True):
         for one in framed_examples([example]):
-            examples += [(scene.configuration, part) for part in _by_target(one)]
+            examples += [(annotated.configuration, part) for part in _by_target(one)]
     if not examples:
         raise InputError(
             "No description says front, behind, left or right of a target whose place is known"
@@ -111,7 +111,7 @@ def score_fronts_in_words(
         scores[name] = np.array([float(log_scores([one], used)[0]) for _, one in examples])
     first, *others = predictors
     gaps = {f"{first}-{other}": scores[first] - scores[other] for other in others}
-    return FrontsInWords(
+    return DescribedFrameScore(
         len(examples),
         {name: float(found.mean()) for name, found in scores.items()},
         {name: clustered_interval(found, clusters, rng=child(rng, name))

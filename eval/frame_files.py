@@ -11,7 +11,7 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import read_descriptions
-from sloop_ppl.eval.frame_descriptions import FrontsInWords, score_fronts_in_words
+from sloop_ppl.eval.frame_descriptions import DescribedFrameScore, score_described_frames
 from sloop_ppl.eval.frames import FrameEvaluation, cross_validate_frames
 from sloop_ppl.inference.frame_examples import maps_of_folder
 from sloop_ppl.inference.frame_training import RECIPES
@@ -30,7 +30,7 @@ class FrameReport:
     """How good frame predictors are on buildings and, if asked for, in what people said."""
 
     buildings: FrameEvaluation
-    words: FrontsInWords | None = None
+    words: DescribedFrameScore | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval frames --json`` prints."""
@@ -91,7 +91,7 @@ def score_frames(
     rng = np.random.default_rng(seed)
     words = None
     if descriptions:
-        words = score_fronts_in_words(read_descriptions(descriptions), rng=child(rng, "words"))
+        words = score_described_frames(read_descriptions(descriptions), rng=child(rng, "words"))
     found = cross_validate_frames(
         bundled if maps is None else maps_of_folder(maps, progress=progress),
         names,

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from sloop_ppl.models.frames import FrameDistribution, FramePart
 
-__all__ = ["FRONT_BINS", "FrontScore", "FrontScores", "fit_points", "score_front", "spread_points"]
+__all__ = ["ANGLE_BINS", "FrameScore", "FrameScores", "fit_points", "score_frame", "spread_points"]
 
-FRONT_BINS = 24
+ANGLE_BINS = 24
 """Arcs a prediction is scored in, the first centred on east."""
 
 _KAPPAS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 300.0, 1000.0)
@@ -21,7 +21,7 @@ _LAPSES = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8,
 
 
 @dataclass(frozen=True)
-class FrontScore:
+class FrameScore:
     """How good one prediction is.
 
     Parameters
@@ -43,7 +43,7 @@ class FrontScore:
 
 
 @dataclass(frozen=True)
-class FrontScores:
+class FrameScores:
     """How good the predictions for several buildings are, on average."""
 
     n: int
@@ -55,7 +55,7 @@ class FrontScores:
     within45: float
 
     @classmethod
-    def of(cls, scores: Sequence[FrontScore]) -> FrontScores | None:
+    def of(cls, scores: Sequence[FrameScore]) -> FrameScores | None:
         """Return the averages of some scores; None when there is none."""
         if not scores:
             return None
@@ -71,7 +71,7 @@ class FrontScores:
         )
 
 
-def score_front(predicted: FrameDistribution, front_rad: float) -> FrontScore:
+def score_frame(predicted: FrameDistribution, frame_angle_rad: float) -> FrameScore:
     """Return how good a prediction is, given the direction a building faces.
 
     Notes
@@ -81,14 +81,14 @@ def score_front(predicted: FrameDistribution, front_rad: float) -> FrontScore:
     (Czado, Gneiting and Held 2009), so that a prediction that is right about everything has half
     of the labels in its 50 % arcs, however few arcs these are.
     """
-    mass = predicted.binned(FRONT_BINS)
-    here = math.floor(front_rad / (2 * math.pi) * FRONT_BINS + 0.5) % FRONT_BINS
+    mass = predicted.binned(ANGLE_BINS)
+    here = math.floor(frame_angle_rad / (2 * math.pi) * ANGLE_BINS + 0.5) % ANGLE_BINS
     own = mass[here]
     alike = np.isclose(mass, own, rtol=1e-9, atol=1e-15)
     above, level = float(mass[(mass > own) & ~alike].sum()), float(mass[alike].sum())
     modes = predicted.modes()
-    turned = [abs(math.degrees(math.remainder(m - front_rad, 2 * math.pi))) for m in modes]
-    return FrontScore(
+    turned = [abs(math.degrees(math.remainder(m - frame_angle_rad, 2 * math.pi))) for m in modes]
+    return FrameScore(
         deviation_deg=float(np.mean(turned)) if turned else 90.0,
         log_score=math.log(max(float(own), 1e-300)),
         in50=_taken(0.5, above, level),
@@ -101,7 +101,7 @@ def _taken(wanted: float, above: float, level: float) -> float:
 
 
 def fit_points(
-    predicted: Sequence[FrameDistribution], fronts_rad: Sequence[float]
+    predicted: Sequence[FrameDistribution], frame_angles_rad: Sequence[float]
 ) -> tuple[float, float]:
     """Return the concentration and the lapse that make points score best.
 
@@ -109,7 +109,7 @@ def fit_points(
     ----------
     predicted
         Points, or uniform where nothing is known.
-    fronts_rad
+    frame_angles_rad
         The directions the buildings face, radians.
 
     Returns
@@ -117,15 +117,17 @@ def fit_points(
     tuple of float
         Of a grid, those with the greatest mean log score; see `spread_points`.
     """
-    known = [(p.modes()[0], f) for p, f in zip(predicted, fronts_rad, strict=True) if p.modes()]
+    known = [
+        (p.modes()[0], f) for p, f in zip(predicted, frame_angles_rad, strict=True) if p.modes()
+    ]
     if not known:
         return 1.0, 1.0
-    mean, front = np.array(known).T
+    mean, angle = np.array(known).T
     best, found = -math.inf, (1.0, 1.0)
     for kappa in _KAPPAS:
-        inside = _label_arcs(mean, front, kappa)
+        inside = _label_arcs(mean, angle, kappa)
         for lapse in _LAPSES:
-            score = float(np.log((1 - lapse) * inside + lapse / FRONT_BINS).mean())
+            score = float(np.log((1 - lapse) * inside + lapse / ANGLE_BINS).mean())
             if score > best:
                 best, found = score, (kappa, lapse)
     return found
@@ -139,12 +141,12 @@ def spread_points(predicted: FrameDistribution, kappa: float, lapse: float) -> F
 
 
 def _label_arcs(
-    mean: NDArray[np.float64], front: NDArray[np.float64], kappa: float
+    mean: NDArray[np.float64], angle: NDArray[np.float64], kappa: float
 ) -> NDArray[np.float64]:
     """Return the probability of each label's arc under a von Mises around each prediction."""
     steps = np.arange(1440) * (2 * math.pi / 1440)
-    arc = np.floor(front / (2 * math.pi) * FRONT_BINS + 0.5) % FRONT_BINS
-    at = np.floor(steps / (2 * math.pi) * FRONT_BINS + 0.5) % FRONT_BINS
+    arc = np.floor(angle / (2 * math.pi) * ANGLE_BINS + 0.5) % ANGLE_BINS
+    at = np.floor(steps / (2 * math.pi) * ANGLE_BINS + 0.5) % ANGLE_BINS
     density = np.exp(kappa * (np.cos(steps - mean[:, None]) - 1))
     inside = density * (at[None, :] == arc[:, None])
     share: NDArray[np.float64] = inside.sum(1) / density.sum(1)

@@ -10,10 +10,10 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.frame_scores import (
-    FrontScore,
-    FrontScores,
+    FrameScore,
+    FrameScores,
     fit_points,
-    score_front,
+    score_frame,
     spread_points,
 )
 from sloop_ppl.inference.frame_examples import (
@@ -26,8 +26,8 @@ from sloop_ppl.inference.frame_examples import (
 )
 from sloop_ppl.inference.frame_training import RECIPES, train_frames, with_limits
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
-from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_fronts
+from sloop_ppl.models import FRAME_PREDICTORS, GroundedRelation
+from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_frames
 from sloop_ppl.rng import child
 
 __all__ = ["FOLDS", "FrameEvaluation", "ScoredFront", "cross_validate_frames"]
@@ -73,7 +73,7 @@ class ScoredFront:
     label: str
     predictor: str
     disputed: bool
-    score: FrontScore
+    score: FrameScore
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class FrameEvaluation:
         label: str = "address",
         fold: str | None = None,
         disputed: bool | None = None,
-    ) -> list[FrontScore]:
+    ) -> list[FrameScore]:
         """Return the scores of a predictor, or of those of a label, a fold, or disputed or not."""
         return [
             s.score
@@ -122,7 +122,7 @@ class FrameEvaluation:
     ) -> dict[str, float] | None:
         """Return the means over folds of a predictor's averages, and how many buildings in all."""
         found = [
-            FrontScores.of(self.select(predictor, fold=fold, disputed=disputed))
+            FrameScores.of(self.select(predictor, fold=fold, disputed=disputed))
             for fold in self.folds
         ]
         each = [scores for scores in found if scores is not None]
@@ -149,14 +149,14 @@ class FrameEvaluation:
                 fold: {
                     p: vars(scores)
                     for p in self.predictors
-                    if (scores := FrontScores.of(self.select(p, fold=fold)))
+                    if (scores := FrameScores.of(self.select(p, fold=fold)))
                 }
                 for fold in self.folds
             },
             "entrances": {
                 p: vars(scores)
                 for p in entrances
-                if (scores := FrontScores.of(self.select(p, "entrance")))
+                if (scores := FrameScores.of(self.select(p, "entrance")))
             },
             "address_against_entrance": {
                 "n": len(self.agreement),
@@ -271,11 +271,11 @@ def _fitted(
     """Return the concentration and lapse of a rule that suit the training cities best."""
     some = [(maps[n], label) for n in rest for label in labels[n]]
     predicted = [_rule(name, city, label) for city, label in some]
-    return fit_points(predicted, [label.front_rad for _, label in some])
+    return fit_points(predicted, [label.frame_angle_rad for _, label in some])
 
 
 def _rule(name: str, city: CityMap, label: FrameLabel) -> FrameDistribution:
-    return FRAME_PREDICTORS[name](RelationTerm("front", (label.building,), city))
+    return FRAME_PREDICTORS[name](GroundedRelation("front", (label.building,), city))
 
 
 def _predictions(
@@ -286,7 +286,7 @@ def _predictions(
     label: str,
 ) -> dict[str, list[FrameDistribution]]:
     ids = [one.building for one in labels]
-    made = {name: predict_fronts(one, city, ids) for name, one in trained.items()}
+    made = {name: predict_frames(one, city, ids) for name, one in trained.items()}
     for name, spread in spreads.items():
         made[name] = [spread_points(_rule(name, city, one), *spread) for one in labels]
     if label == "entrance":
@@ -309,11 +309,11 @@ def _scored(
     labels: Sequence[FrameLabel],
     made: Mapping[str, Sequence[FrameDistribution]],
 ) -> list[ScoredFront]:
-    off = [score_front(_rule(RULE, city, one), one.front_rad).deviation_deg for one in labels]
+    off = [score_frame(_rule(RULE, city, one), one.frame_angle_rad).deviation_deg for one in labels]
     return [
         ScoredFront(
             fold, name, one.building, label, predictor, off[i] > _DISPUTED_DEG,
-            score_front(predicted[i], one.front_rad),
+            score_frame(predicted[i], one.frame_angle_rad),
         )
         for predictor, predicted in made.items()
         for i, one in enumerate(labels)
@@ -323,8 +323,8 @@ def _scored(
 def _agreement(maps: Mapping[str, CityMap]) -> tuple[float, ...]:
     found = []
     for city in maps.values():
-        by_door = {label.building: label.front_rad for label in entrance_labels(city)}
+        by_door = {label.building: label.frame_angle_rad for label in entrance_labels(city)}
         for label in address_labels(city, by_door):
-            towards = FrameDistribution.points((label.front_rad,))
-            found.append(score_front(towards, by_door[label.building]).deviation_deg)
+            towards = FrameDistribution.points((label.frame_angle_rad,))
+            found.append(score_frame(towards, by_door[label.building]).deviation_deg)
     return tuple(found)

@@ -28,7 +28,7 @@ class KeptFits:
     made_of
         All that the fits depend on, as JSON takes it. Fits made of anything else are not used,
         and go when the first new one is kept.
-    tell
+    notify
         Told in one line of what is there already.
 
     Raises
@@ -41,7 +41,7 @@ class KeptFits:
         self,
         path: str | Path,
         made_of: Mapping[str, Any],
-        tell: Callable[[str], None] | None = None,
+        notify: Callable[[str], None] | None = None,
     ) -> None:
         self.path = Path(path)
         self._made_of: dict[str, Any] = json.loads(json.dumps({"format": _FORMAT, **made_of}))
@@ -56,10 +56,10 @@ class KeptFits:
             )
         differing = changes(there, self._made_of)
         self._usable = not differing
-        if tell and differing:
-            tell(f"{path} holds fits of something else ({'; '.join(differing)}): starting anew")
-        elif tell and self.count:
-            tell(f"finished fits taken from {path}: {self.count}")
+        if notify and differing:
+            notify(f"{path} holds fits of something else ({'; '.join(differing)}): starting anew")
+        elif notify and self.count:
+            notify(f"finished fits taken from {path}: {self.count}")
 
     @property
     def count(self) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 import sloop_ppl
 from sloop_ppl.errors import InputError
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 
 __all__ = ["changes", "file_digest", "git_state", "model_digest", "packages"]
 
@@ -38,7 +38,7 @@ def file_digest(path: str | Path) -> str:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from error
 
 
-def model_digest(name: str, model: Preset, params: str | Path | None = None) -> str:
+def model_digest(name: str, model: ObservationModel, params: str | Path | None = None) -> str:
     """Return a digest of a model: of its numbers, its file and its file of parameters."""
     text = re.sub(r" at 0x[0-9a-f]+", "", repr(model))
     file = Path(name.partition(".py:")[0] + ".py")
@@ -93,7 +93,7 @@ def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """
     old, new = dict(_flat(before)), dict(_flat(now))
     lines = [
-        f"{name} was {_told(old, name)} and is {_told(new, name)}"
+        f"{name} was {_text(old, name)} and is {_text(new, name)}"
         for name in dict.fromkeys([*old, *new])
         if old.get(name, ...) != new.get(name, ...) and name not in _RECORD_ONLY
     ]
@@ -109,7 +109,7 @@ def _flat(record: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, An
             yield prefix + name, value
 
 
-def _told(values: Mapping[str, Any], name: str) -> str:
+def _text(values: Mapping[str, Any], name: str) -> str:
     if name not in values:
         return "absent"
     value = values[name]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from sloop_ppl.eval import paper
-from sloop_ppl.eval.facts import SaidRelation, plain_word
+from sloop_ppl.eval.facts import RelationFacts, plain_word
 from sloop_ppl.eval.results import Results, TargetKey
 from sloop_ppl.eval.significance import t_estimate
 from sloop_ppl.eval.tables import Cell, Estimate, Table
@@ -150,7 +150,7 @@ def _heads(results: Results) -> list[str]:
 
 
 def _by_word(
-    results: Results, wanted: Callable[[SaidRelation], bool]
+    results: Results, wanted: Callable[[RelationFacts], bool]
 ) -> dict[str, list[TargetKey]]:
     """Return word (or compass or frame class) -> targets, the most frequent first."""
     found: dict[str, dict[TargetKey, None]] = {}

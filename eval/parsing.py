@@ -11,7 +11,7 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.corruption import merge_maps, misspell
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.language import RELATIONS, Description, SpatialRelation, parse
 from sloop_ppl.language.parsers import Parser
 from sloop_ppl.maps import CityMap, load_map
@@ -82,7 +82,7 @@ class ParseScore:
 
 
 def score_parser(
-    scenes: Sequence[DescribedScene],
+    descriptions: Sequence[AnnotatedDescription],
     find_map: Callable[[str], CityMap] = load_map,
     parser: str | Parser = "rules",
     *,
@@ -94,7 +94,7 @@ def score_parser(
 
     Parameters
     ----------
-    scenes
+    descriptions
         The descriptions; those that declare targets are read for these alone.
     find_map
         Gives the map of a description by name.
@@ -121,7 +121,7 @@ def score_parser(
         When there is no description, when `misspelt` is outside [0, 1], or when it is not 0 and no
         `rng` is given.
     """
-    if not scenes:
+    if not descriptions:
         raise InputError("There is no description to score; expected at least one")
     if not 0.0 <= misspelt <= 1.0:
         raise InputError(f"The share of misspelt words is {misspelt:g}; expected 0 to 1")
@@ -130,14 +130,18 @@ def score_parser(
     one_map = None if merged is None else merge_maps(merged)
     maps: dict[str, CityMap] = {}
     pairs = []
-    for scene in scenes:
-        text = scene.text
+    for annotated in descriptions:
+        text = annotated.text
         if rng is not None and misspelt:
-            text = misspell(text, misspelt, rng=child(rng, "misspell", scene.id))
-        city = one_map or maps.get(scene.map) or maps.setdefault(scene.map, find_map(scene.map))
-        read = parse(text, city, scene.objects or None, parser, scene.viewpoint)
-        gold = _entries(scene.relations, "" if one_map is None else f"{scene.map}/")
-        pairs.append((scene.id, gold, read))
+            text = misspell(text, misspelt, rng=child(rng, "misspell", annotated.id))
+        city = (
+            one_map
+            or maps.get(annotated.map)
+            or maps.setdefault(annotated.map, find_map(annotated.map))
+        )
+        read = parse(text, city, annotated.objects or None, parser, annotated.viewpoint)
+        gold = _entries(annotated.relations, "" if one_map is None else f"{annotated.map}/")
+        pairs.append((annotated.id, gold, read))
     return _score(pairs)
 
 

@@ -14,12 +14,12 @@ from sloop_ppl.errors import BeliefCollapse, InputError
 from sloop_ppl.eval.belief_scores import BeliefScore, ScoredTarget, score_belief
 from sloop_ppl.eval.bootstrap import clustered_interval
 from sloop_ppl.eval.breakdown import breakdown
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.facts import plain_word
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description, parse
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.rng import child
 
 __all__ = [
@@ -27,7 +27,7 @@ __all__ = [
     "ModelQuality",
     "PairedDifference",
     "beliefs_of",
-    "read_scene",
+    "read_annotated",
     "score_beliefs",
 ]
 
@@ -132,8 +132,8 @@ def _paired_json(paired: Mapping[str, PairedDifference]) -> dict[str, Any]:
 
 
 def score_beliefs(
-    scenes: Sequence[DescribedScene],
-    models: Mapping[str, Preset | Mapping[str, Preset]],
+    descriptions: Sequence[AnnotatedDescription],
+    models: Mapping[str, ObservationModel | Mapping[str, ObservationModel]],
     find_map: Callable[[str], CityMap] = load_map,
     *,
     relations: Relations = "gold",
@@ -144,7 +144,7 @@ def score_beliefs(
 
     Parameters
     ----------
-    scenes
+    descriptions
         The descriptions; a line that tells no place of a target is passed over.
     models
         Name -> model, or the model for each map by the map's name.
@@ -167,29 +167,34 @@ def score_beliefs(
     InputError
         When no description tells a place, or no model is given.
     """
-    labelled = [scene for scene in scenes if scene.targets]
+    labelled = [annotated for annotated in descriptions if annotated.targets]
     if not labelled:
         raise InputError(
             "No description says where its targets are; expected 'targets' with their places"
         )
     if not models:
         raise InputError("There is no model to score; expected at least one")
-    read = [(scene, *read_scene(scene, find_map(scene.map), relations)) for scene in labelled]
+    read = [
+        (annotated, *read_annotated(annotated, find_map(annotated.map), relations))
+        for annotated in labelled
+    ]
     qualities = {}
     for name, model in models.items():
         scores = [
             ScoredTarget(
-                scene.id,
-                scene.configuration,
+                annotated.id,
+                annotated.configuration,
                 target,
-                scene.map,
-                tuple(plain_word(relation.relation) for relation in scene.about(target)),
+                annotated.map,
+                tuple(plain_word(relation.relation) for relation in annotated.about(target)),
                 score_belief(belief, city.grid, place),
             )
-            for scene, city, utterance in read
+            for annotated, city, utterance in read
             for (target, place), belief in zip(
-                scene.targets.items(),
-                beliefs_of(scene, utterance, city, _for_map(model, scene.map), progress).values(),
+                annotated.targets.items(),
+                beliefs_of(
+                    annotated, utterance, city, _for_map(model, annotated.map), progress
+                ).values(),
                 strict=True,
             )
         ]
@@ -204,41 +209,45 @@ def score_beliefs(
     )
 
 
-def _for_map(model: Preset | Mapping[str, Preset], name: str) -> Preset:
-    return model if isinstance(model, Preset) else model[name]
+def _for_map(
+    model: ObservationModel | Mapping[str, ObservationModel], name: str
+) -> ObservationModel:
+    return model if isinstance(model, ObservationModel) else model[name]
 
 
-def read_scene(
-    scene: DescribedScene, city: CityMap, relations: Relations
+def read_annotated(
+    annotated: AnnotatedDescription, city: CityMap, relations: Relations
 ) -> tuple[CityMap, Description]:
     """Return the map and what a model is told: the gold relations, or what the rules read."""
     if relations == "parsed":
-        return city, parse(scene.text, city, scene.objects, viewpoint=scene.viewpoint)
-    return city, scene.description(city)
+        return city, parse(annotated.text, city, annotated.objects, viewpoint=annotated.viewpoint)
+    return city, annotated.description(city)
 
 
 def beliefs_of(
-    scene: DescribedScene,
-    said: Description,
+    annotated: AnnotatedDescription,
+    description: Description,
     city: CityMap,
-    model: Preset,
+    model: ObservationModel,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return target -> belief of each target of a scene, in its order, shape (H, W)."""
+    """Return target -> belief of each target of a description, in its order, shape (H, W)."""
     uniform = np.full(city.grid.shape, 1 / city.grid.size)
-    beliefs = dict.fromkeys(scene.targets, uniform)
-    places = {target: (place.x_m, place.y_m) for target, place in scene.targets.items()}
+    beliefs = dict.fromkeys(annotated.targets, uniform)
+    places = {target: (place.x_m, place.y_m) for target, place in annotated.targets.items()}
     if model.needs_truth:  # it is told the place, whatever was read
-        said = replace(said, targets=scene.objects)
-    elif not said.relations:
+        description = replace(description, targets=annotated.objects)
+    elif not description.relations:
         return beliefs
     try:
-        posterior, _ = infer_description(said, city, model, truth=places)
+        posterior, _ = infer_description(description, city, model, truth=places)
     except BeliefCollapse as error:
         if progress:
-            progress(f"{scene.id}: {error}; scored as uniform")
+            progress(f"{annotated.id}: {error}; scored as uniform")
         return beliefs
-    return {t: posterior.belief(t) if t in posterior.targets else uniform for t in scene.targets}
+    return {
+        t: posterior.belief(t) if t in posterior.targets else uniform for t in annotated.targets
+    }
 
 
 def summarise(scores: Sequence[ScoredTarget], *, rng: np.random.Generator) -> ModelQuality:

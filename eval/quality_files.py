@@ -18,7 +18,7 @@ from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.eval.quality_report import quality_figure, quality_tables
 from sloop_ppl.eval.table_lines import table_lines
-from sloop_ppl.models import PRESETS, Preset, fitting_note
+from sloop_ppl.models import PRESETS, ObservationModel, fitting_note
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -72,14 +72,14 @@ def score_quality(
     if cv not in (None, "city"):
         raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
-    scenes = read_descriptions(files, find)
+    descriptions = read_descriptions(files, find)
     fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
     if progress and not cv:  # else they are fitted below
         for note in filter(None, map(fitting_note, chosen.values())):
             progress(note)
-    refits = cross_validated(scenes, fitted, find, kept=fits, progress=progress) if cv else {}
+    refits = cross_validated(descriptions, fitted, find, kept=fits, progress=progress) if cv else {}
     quality = score_beliefs(
-        scenes,
+        descriptions,
         {**chosen, **refits},
         find,
         relations="gold" if gold else "parsed",
@@ -89,7 +89,9 @@ def score_quality(
     return replace(quality, cv=cv)
 
 
-def models_named(names: str | None, params: str | Path | None = None) -> dict[str, Preset]:
+def models_named(
+    names: str | None, params: str | Path | None = None
+) -> dict[str, ObservationModel]:
     """Return name -> model for names separated by commas, all registered ones for None.
 
     Parameters
@@ -112,12 +114,16 @@ def models_named(names: str | None, params: str | Path | None = None) -> dict[st
         raise InputError(f"Models '{names}' hold an empty or repeated name; give each once")
     if params is None:
         return {name: model_of(name) for name in asked}
-    meant = _model_meant(params)
-    tuned = [meant] if meant else [name for name in asked if name not in PAPER_METHODS]
+    tuned_model = _model_of_parameters(params)
+    tuned = [tuned_model] if tuned_model else [name for name in asked if name not in PAPER_METHODS]
     if not set(tuned) & set(asked):
         raise InputError(
             f"Parameters '{params}' are of none of the models {', '.join(asked)}"
-            + (f" but of '{meant}'" if meant else "; the paper's methods keep their own")
+            + (
+                f" but of '{tuned_model}'"
+                if tuned_model
+                else "; the paper's methods keep their own"
+            )
         )
     return {name: model_of(name, params=Path(params) if name in tuned else None) for name in asked}
 
@@ -142,7 +148,7 @@ def draw_quality(quality: BeliefQuality, path: str | Path) -> None:
     save_figure(quality_figure(quality.to_json()), path)
 
 
-def _model_meant(params: str | Path) -> str | None:
+def _model_of_parameters(params: str | Path) -> str | None:
     """Return the model that a file of learnt parameters says it is of, if it says one."""
     if Path(params).suffix != ".json":
         return None
@@ -150,5 +156,7 @@ def _model_meant(params: str | Path) -> str | None:
         payload = json.loads(Path(params).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None  # what is wrong is said by whoever reads the parameters
-    meant = payload.get("model") if isinstance(payload, dict) and "parameters" in payload else None
-    return meant if isinstance(meant, str) else None
+    tuned_model = (
+        payload.get("model") if isinstance(payload, dict) and "parameters" in payload else None
+    )
+    return tuned_model if isinstance(tuned_model, str) else None

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["quality_figure", "quality_section", "quality_tables"]
 
-Told = Mapping[str, Any]
+Payload = Mapping[str, Any]
 _WORDS = "by_relation"
 _BOOTSTRAP = "Brackets: 95 % intervals, bootstrapped over configurations."
 _REGION = (
@@ -22,19 +22,19 @@ _REGION = (
 )
 
 
-def quality_tables(told: Told) -> list[Table]:
+def quality_tables(payload: Payload) -> list[Table]:
     """Return the tables: scores, differences, calibration, and scores by group.
 
     Parameters
     ----------
-    told
+    payload
         What ``sloop eval quality --json`` prints.
     """
-    models: Mapping[str, Told] = told["models"]
-    fitted = ", fitted without the line's city" if told.get("cv") else ""
-    tables = [_scores(models, told["relations"] + " relations" + fitted), _calibration(models)]
-    if told["paired"]:
-        tables.insert(1, _differences(told))
+    models: Mapping[str, Payload] = payload["models"]
+    fitted = ", fitted without the line's city" if payload.get("cv") else ""
+    tables = [_scores(models, payload["relations"] + " relations" + fitted), _calibration(models)]
+    if payload["paired"]:
+        tables.insert(1, _differences(payload))
     for name, title in (
         ("by_relations", "Mean log score by number of relations"),
         ("by_city", "Mean log score by city"),
@@ -45,7 +45,7 @@ def quality_tables(told: Told) -> list[Table]:
 
 
 def quality_section(
-    told: Told,
+    payload: Payload,
 ) -> list[str | Table | tuple[str, str, Callable[[], Figure]]]:
     """Return the tables and the figure in the order in which they are read."""
     caption = (
@@ -53,13 +53,13 @@ def quality_section(
         "belief mixed in (open). Right: how often the 90 % region holds the target, by number of "
         "relations; the line is where a calibrated belief lies"
     )
-    scores, *rest = quality_tables(told)
-    return [scores, ("quality", caption, lambda: quality_figure(told)), *rest]
+    scores, *rest = quality_tables(payload)
+    return [scores, ("quality", caption, lambda: quality_figure(payload)), *rest]
 
 
-def quality_figure(told: Told) -> Figure:
+def quality_figure(payload: Payload) -> Figure:
     """Draw log scores with their intervals, and coverage by number of relations."""
-    models: Mapping[str, Told] = told["models"]
+    models: Mapping[str, Payload] = payload["models"]
     names = tuple(models)
     figure, (left, right) = panels(2, width=4.2, height=1.3 + 0.34 * len(names))
     for place, (name, one) in enumerate(models.items()):
@@ -95,7 +95,7 @@ def quality_figure(told: Told) -> Figure:
     return figure
 
 
-def _scores(models: Mapping[str, Told], how: str) -> Table:
+def _scores(models: Mapping[str, Payload], how: str) -> Table:
     return Table(
         "quality",
         f"Beliefs against the true places, {how}",
@@ -124,7 +124,7 @@ def _scores(models: Mapping[str, Told], how: str) -> Table:
     )  # fmt: skip
 
 
-def _differences(payload: Told) -> Table:
+def _differences(payload: Payload) -> Table:
     return Table(
         "quality-differences",
         "Paired differences of the log score",
@@ -143,11 +143,11 @@ def _differences(payload: Told) -> Table:
     )
 
 
-def _calibration(models: Mapping[str, Told]) -> Table:
+def _calibration(models: Mapping[str, Payload]) -> Table:
     counts = sorted({count for one in models.values() for count in one["by_relations"]})
     heads = ["all", *(f"{count} relation{'' if count == '1' else 's'}" for count in counts)]
 
-    def cells(one: Told, level: str) -> list[Cell]:
+    def cells(one: Payload, level: str) -> list[Cell]:
         groups = [one, *(one["by_relations"].get(count) for count in counts)]
         calibrations = [group["calibration"][level] if group else None for group in groups]
         return [
@@ -180,7 +180,7 @@ def _score(value: float) -> Estimate:
     return Estimate(value, digits=2)
 
 
-def _groups(models: Mapping[str, Told], name: str, title: str) -> Table:
+def _groups(models: Mapping[str, Payload], name: str, title: str) -> Table:
     """Return a table of the mean log scores with 1 % mixed in, a row per group."""
     first = next(iter(models.values()))
     return Table(

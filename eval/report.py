@@ -89,7 +89,7 @@ def make_report(
             "## Beliefs, without any search",
             *(
                 Picture(*part) if isinstance(part, tuple) else part
-                for part in quality_section(_told_quality(quality))
+                for part in quality_section(_quality_payload(quality))
             ),
         ]
     parts += [
@@ -219,7 +219,7 @@ def _examples(main: Results, maps: str | Path | None) -> list[str | Table | Pict
                 f"example-{example}",
                 f"The {example} trial of {model}, range {range_cells:g}: {name} of "
                 f"{facts.description} ({facts.map}), discounted reward "
-                f"{Estimate(episode.discounted_return).told()}",
+                f"{Estimate(episode.discounted_return).text()}",
                 lambda episode=episode, city=city: _search_figure(episode, city),  # type: ignore[misc]
             )
         )
@@ -236,7 +236,7 @@ def _search_figure(episode: Any, city: Any) -> Figure:
     return figure
 
 
-def _told_quality(path: str | Path) -> Mapping[str, Any]:
+def _quality_payload(path: str | Path) -> Mapping[str, Any]:
     try:
         payload = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:

@@ -13,7 +13,7 @@ from typing import Any
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval.facts import TargetFacts
 from sloop_ppl.eval.manifest import changes
-from sloop_ppl.eval.parts import read_trials
+from sloop_ppl.eval.trial_files import read_trials
 from sloop_ppl.eval.trials import Trial
 from sloop_ppl.outputs import check_output_folder, written_whole
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.crossval import examples_of
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.kept_fits import KeptFits
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.inference.learning import Fitted, fit, log_scores
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 
 __all__ = ["NESTED", "Selection", "select_model"]
 
@@ -69,11 +69,11 @@ class Selection:
 
 
 def select_model(
-    scenes: Sequence[DescribedScene],
-    candidates: Mapping[str, Preset],
+    descriptions: Sequence[AnnotatedDescription],
+    candidates: Mapping[str, ObservationModel],
     find_map: Callable[[str], CityMap] = load_map,
     *,
-    references: Mapping[str, Preset] | None = None,
+    references: Mapping[str, ObservationModel] | None = None,
     learn: Sequence[str] | None = None,
     iterations: int = 40,
     kept: KeptFits | None = None,
@@ -83,13 +83,13 @@ def select_model(
 
     Parameters
     ----------
-    scenes
+    descriptions
         Descriptions with known places, of at least three maps; two when there is only one
         candidate, for then nothing is chosen.
     candidates
         Name -> model, at the medians of its priors.
     find_map
-        Gives the map of a scene by name.
+        Gives the map of a description by name.
     references
         Name -> model that is scored beside the candidates as it is.
     learn
@@ -112,7 +112,7 @@ def select_model(
     by fits to all but one of the other maps, scored on that one; the best is refitted to all of
     the others and scored on the map left out. The choice never sees the map that it is scored on.
     """
-    maps = list(dict.fromkeys(scene.map for scene in scenes if scene.targets))
+    maps = list(dict.fromkeys(annotated.map for annotated in descriptions if annotated.targets))
     need = 3 if len(candidates) > 1 else 2
     if not candidates or len(maps) < need:
         raise InputError(
@@ -120,11 +120,13 @@ def select_model(
             f"expected at least one model, and {need} maps, so that they can be left out in turn"
         )
     examples = {
-        name: examples_of([scene for scene in scenes if scene.map == name], find_map)
+        name: examples_of(
+            [annotated for annotated in descriptions if annotated.map == name], find_map
+        )
         for name in maps
     }
-    fits: dict[tuple[str, frozenset[str]], Preset] = {}
-    total, notify = _number_of_fits(len(candidates), len(maps)), progress or _say_nothing
+    fits: dict[tuple[str, frozenset[str]], ObservationModel] = {}
+    total, notify = _number_of_fits(len(candidates), len(maps)), progress or _ignore
 
     def fitted_to(candidate: str, used: Sequence[str], *, intervals: bool) -> Fitted:
         found = kept.get(candidate, used) if kept is not None else None
@@ -143,7 +145,7 @@ def select_model(
             notify(f"{which}: done, {found.provenance['mean_log_score_after']:.3f} there")
         return found
 
-    def without(candidate: str, *left_out: str) -> Preset:
+    def without(candidate: str, *left_out: str) -> ObservationModel:
         used = [name for name in maps if name not in left_out]
         key = (candidate, frozenset(used))
         if key not in fits:
@@ -164,13 +166,13 @@ def select_model(
     chosen = {name: _best(inner[name]) if inner else only for name in maps}
     outer = {c: mean_score(c, maps) for c in candidates}
     winner = _best(outer)
-    scored: dict[str, Preset | Mapping[str, Preset]] = {
+    scored: dict[str, ObservationModel | Mapping[str, ObservationModel]] = {
         NESTED: {name: without(chosen[name], name) for name in maps},
         **{c: {name: without(c, name) for name in maps} for c in candidates},
         **(references or {}),
     }
     fitted = fitted_to(winner, maps, intervals=True)
-    quality = score_beliefs(scenes, scored, find_map, rng=np.random.default_rng(0))
+    quality = score_beliefs(descriptions, scored, find_map, rng=np.random.default_rng(0))
     return Selection(inner, chosen, winner, fitted, quality)
 
 
@@ -187,5 +189,5 @@ def _number_of_fits(candidates: int, maps: int) -> int:
     return candidates * (maps + pairs) + 1
 
 
-def _say_nothing(line: str) -> None:
+def _ignore(line: str) -> None:
     del line

@@ -31,7 +31,7 @@ def t_estimate(values: Sequence[float]) -> Estimate:
 
     Examples
     --------
-    >>> t_estimate([1.0, 2.0, 3.0, 4.0, 5.0]).told()
+    >>> t_estimate([1.0, 2.0, 3.0, 4.0, 5.0]).text()
     '3 [1, 5]'
     """
     table = np.asarray(values, dtype=np.float64)

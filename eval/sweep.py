@@ -17,16 +17,16 @@ import torch
 
 from sloop_ppl.errors import OutputError, SloopError
 from sloop_ppl.eval.backends import BACKENDS, WorkersLost
-from sloop_ppl.eval.descriptions import DescribedScene
-from sloop_ppl.eval.parts import append_trial
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.quality import beliefs_of
 from sloop_ppl.eval.run_folder import RunFolder
+from sloop_ppl.eval.trial_files import append_trial
 from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 
-__all__ = ["Sweep", "SweepProgress", "ToldScene", "run_sweep"]
+__all__ = ["SearchedDescription", "Sweep", "SweepProgress", "run_sweep"]
 
 _PATIENCE = 3
 _CITIES: dict[str, CityMap] = {}
@@ -34,12 +34,12 @@ _CITIES: dict[str, CityMap] = {}
 
 
 @dataclass(frozen=True)
-class ToldScene:
+class SearchedDescription:
     """A description, its map, and what a model is told of it."""
 
-    scene: DescribedScene
+    annotated: AnnotatedDescription
     city: CityMap
-    said: Description
+    description: Description
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Sweep:
 
     Parameters
     ----------
-    told
+    descriptions
         The descriptions; each tells the place of at least one target.
     models
         Name -> model, or the model for each map by the map's name.
@@ -60,29 +60,29 @@ class Sweep:
         How it is searched.
     """
 
-    told: Sequence[ToldScene]
-    models: Mapping[str, Preset | Mapping[str, Preset]]
+    descriptions: Sequence[SearchedDescription]
+    models: Mapping[str, ObservationModel | Mapping[str, ObservationModel]]
     ranges_cells: tuple[float, ...] = (3.0, 4.0, 5.0)
     starts: int = 1
     searching: Searching = Searching()  # noqa: RUF009 - frozen
 
-    def model(self, name: str, map_name: str) -> Preset:
+    def model(self, name: str, map_name: str) -> ObservationModel:
         """Return the model of this name for a map."""
         model = self.models[name]
-        return model if isinstance(model, Preset) else model[map_name]
+        return model if isinstance(model, ObservationModel) else model[map_name]
 
-    def keys(self, scene: DescribedScene, model: str) -> Iterator[TrialKey]:
+    def keys(self, annotated: AnnotatedDescription, model: str) -> Iterator[TrialKey]:
         """Yield the trials of a description under a model."""
-        for target in scene.targets:
+        for target in annotated.targets:
             for range_cells in self.ranges_cells:
                 for start in range(self.starts):
-                    yield TrialKey(scene.id, target, model, range_cells, start)
+                    yield TrialKey(annotated.id, target, model, range_cells, start)
 
     def all_keys(self) -> Iterator[TrialKey]:
         """Yield all trials."""
-        for entry in self.told:
+        for searched in self.descriptions:
             for name in self.models:
-                yield from self.keys(entry.scene, name)
+                yield from self.keys(searched.annotated, name)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class SweepProgress:
 class _Job:
     """The trials of one description under one model, which share its beliefs."""
 
-    told: ToldScene
+    searched: SearchedDescription
     map_digest: str
     model: bytes
     keys: tuple[TrialKey, ...]
@@ -217,13 +217,13 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
     """Return what is left to do, the long jobs first."""
     models: dict[tuple[str, str], bytes] = {}
     jobs = []
-    for entry in sweep.told:
+    for searched in sweep.descriptions:
         for name in sweep.models:
-            left = tuple(key for key in sweep.keys(entry.scene, name) if key not in finished)
+            left = tuple(key for key in sweep.keys(searched.annotated, name) if key not in finished)
             if left:
-                at = name, entry.scene.map
+                at = name, searched.annotated.map
                 models[at] = models.get(at) or _pickled(sweep.model(*at))
-                jobs.append(_Job(entry, entry.city.digest, models[at], left))
+                jobs.append(_Job(searched, searched.city.digest, models[at], left))
     slow = {"uniform": 0}  # wherever the robot looks, it has learnt little
     return sorted(jobs, key=lambda job: slow.get(job.keys[0].model, 1))
 
@@ -233,18 +233,18 @@ def _work(job: _Job, *, folder: str, searching: Searching, driver: int) -> _Done
     done = 0
     with _one_thread(stoppable=os.getpid() == driver):
         try:
-            city = _CITIES.setdefault(job.map_digest, job.told.city)
-            scene = job.told.scene
-            beliefs = beliefs_of(scene, job.told.said, city, _model(job.model))
+            city = _CITIES.setdefault(job.map_digest, job.searched.city)
+            annotated = job.searched.annotated
+            beliefs = beliefs_of(annotated, job.searched.description, city, _model(job.model))
             for key in job.keys:
-                append_trial(folder, trial_of(key, scene, city, beliefs[key.target], searching))
+                append_trial(folder, trial_of(key, annotated, city, beliefs[key.target], searching))
                 done += 1
         except SloopError as error:  # some cannot be pickled, so the words have to do
             return _Done(done, str(error))
     return _Done(done)
 
 
-def _pickled(model: Preset) -> bytes:
+def _pickled(model: ObservationModel) -> bytes:
     """Return a model as bytes that any process can read, a user's own included."""
     for name, module in list(sys.modules.items()):
         if name.startswith("_sloop_user_"):  # as models.user calls a user's file
@@ -254,9 +254,9 @@ def _pickled(model: Preset) -> bytes:
 
 
 @lru_cache(maxsize=64)
-def _model(pickled: bytes) -> Preset:
+def _model(pickled: bytes) -> ObservationModel:
     """Return a model that was pickled by value; the same object for the same bytes."""
-    model: Preset = pickle.loads(pickled)
+    model: ObservationModel = pickle.loads(pickled)
     return model
 
 

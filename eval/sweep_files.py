@@ -14,20 +14,20 @@ import joblib
 import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval.backends import check_backend
-from sloop_ppl.eval.descriptions import DescribedScene, read_sound_descriptions
+from sloop_ppl.eval.descriptions import AnnotatedDescription, read_sound_descriptions
 from sloop_ppl.eval.examples import has_examples, write_examples
 from sloop_ppl.eval.facts import facts_of
 from sloop_ppl.eval.fits import cross_validated
 from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.manifest import file_digest, git_state, model_digest, packages
-from sloop_ppl.eval.parts import write_parquet
-from sloop_ppl.eval.quality import read_scene
+from sloop_ppl.eval.quality import read_annotated
 from sloop_ppl.eval.quality_files import PAPER_METHODS, models_named
 from sloop_ppl.eval.run_folder import RunFolder, writing
-from sloop_ppl.eval.sweep import Sweep, SweepProgress, ToldScene, run_sweep
+from sloop_ppl.eval.sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
+from sloop_ppl.eval.trial_files import write_parquet
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, fitting_note
+from sloop_ppl.models import ObservationModel, fitting_note
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["SweepRequest", "sweep_files"]
@@ -91,7 +91,7 @@ class SweepRequest:
 def sweep_files(
     request: SweepRequest,
     *,
-    tell: Callable[[str], None] | None = None,
+    notify: Callable[[str], None] | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> RunFolder:
     """Run what is asked for and was not run yet; return the folder, which holds all trials then.
@@ -100,7 +100,7 @@ def sweep_files(
     ----------
     request
         What is asked for.
-    tell
+    notify
         Called with a line of every fault that is passed over, and how a refitting goes.
     progress
         Called with how far the trials are.
@@ -110,7 +110,7 @@ def sweep_files(
     SloopError
         When something cannot be used; before any work, as far as it can be known then.
     """
-    notify = tell or _say_nothing
+    notify = notify or _ignore
     workers = joblib.cpu_count() if request.workers is None else request.workers
     for name, count in (("workers", workers), ("starts", request.starts)):
         if count < 1:
@@ -124,24 +124,28 @@ def sweep_files(
             notify(note)
     ranges = _ranges(request.ranges)
     find = map_finder(request.maps)
-    scenes = _scenes(request, find, notify)
-    for name in dict.fromkeys(scene.map for scene in scenes):
+    descriptions = _with_targets(request, find, notify)
+    for name in dict.fromkeys(annotated.map for annotated in descriptions):
         for range_cells in ranges:
             SearchSpace(find(name).grid.shape, ("T",), request.searching.config(range_cells))
-    manifest = _manifest(request, models, ranges, scenes, find)
-    targets = [facts for scene in scenes for facts in facts_of(scene, find(scene.map))]
+    manifest = _manifest(request, models, ranges, descriptions, find)
+    targets = [
+        facts for annotated in descriptions for facts in facts_of(annotated, find(annotated.map))
+    ]
     with writing(request.out, manifest, targets) as folder:
-        used: dict[str, Preset | Mapping[str, Preset]] = dict(models)
+        used: dict[str, ObservationModel | Mapping[str, ObservationModel]] = dict(models)
         entries = tuple(
-            ToldScene(scene, *read_scene(scene, find(scene.map), _relations(request)))
-            for scene in scenes
+            SearchedDescription(
+                annotated, *read_annotated(annotated, find(annotated.map), _relations(request))
+            )
+            for annotated in descriptions
         )
         sweep = Sweep(entries, used, ranges, request.starts, request.searching)
         if len(folder.trials()) < folder.manifest["n_trials"] or not has_examples(folder):
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.pkl"
-                used.update(cross_validated(scenes, fitted, find, kept=kept, progress=notify))
+                used.update(cross_validated(descriptions, fitted, find, kept=kept, progress=notify))
             run_sweep(
                 sweep,
                 folder,
@@ -155,7 +159,7 @@ def sweep_files(
     return folder
 
 
-def _say_nothing(line: str) -> None:
+def _ignore(line: str) -> None:
     del line
 
 
@@ -163,18 +167,18 @@ def _relations(request: SweepRequest) -> Any:
     return "gold" if request.gold else "parsed"
 
 
-def _scenes(
+def _with_targets(
     request: SweepRequest, find: Callable[[str], CityMap], notify: Callable[[str], None]
-) -> tuple[DescribedScene, ...]:
+) -> tuple[AnnotatedDescription, ...]:
     """Return the descriptions that tell a place."""
-    scenes, faults = read_sound_descriptions(request.files, find)
+    descriptions, faults = read_sound_descriptions(request.files, find)
     if faults and not request.skip_bad:
         raise InputError(
             f"{'; '.join(faults)}. Correct these lines, or pass over them with --skip-bad"
         )
     for fault in faults:
         notify(f"passed over {fault}")
-    labelled = tuple(scene for scene in scenes if scene.targets)
+    labelled = tuple(annotated for annotated in descriptions if annotated.targets)
     if not labelled:
         raise InputError(
             "No description says where its targets are; expected 'targets' with their places"
@@ -212,14 +216,14 @@ def _primary(request: SweepRequest, models: Sequence[str]) -> list[str]:
 
 def _manifest(
     request: SweepRequest,
-    models: Mapping[str, Preset],
+    models: Mapping[str, ObservationModel],
     ranges: tuple[float, ...],
-    scenes: Sequence[DescribedScene],
+    descriptions: Sequence[AnnotatedDescription],
     find: Callable[[str], CityMap],
 ) -> dict[str, Any]:
     """Return all that the trials depend on."""
     names = list(models)
-    n_targets = sum(len(scene.targets) for scene in scenes)
+    n_targets = sum(len(annotated.targets) for annotated in descriptions)
     return {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "version": sloop_ppl.__version__,
@@ -238,12 +242,12 @@ def _manifest(
             "measure": "discounted_reward",
         },
         "skip_bad": request.skip_bad,
-        "n_descriptions": len(scenes),
+        "n_descriptions": len(descriptions),
         "n_targets": n_targets,
         "n_trials": n_targets * len(names) * len(ranges) * request.starts,
         "models": {
             name: model_digest(name, model, request.params) for name, model in models.items()
         },
         "descriptions": {Path(file).name: file_digest(file) for file in request.files},
-        "maps": {name: find(name).digest for name in dict.fromkeys(s.map for s in scenes)},
+        "maps": {name: find(name).digest for name in dict.fromkeys(s.map for s in descriptions)},
     }

@@ -19,6 +19,6 @@ def table_lines(table: Table) -> list[RenderableType]:
     drawn = Drawn(box=None, pad_edge=False, header_style="bold")
     for name, right in zip(table.head, table.numeric(), strict=True):
         drawn.add_column(name, justify="right" if right else "left")
-    for row in table.told():
+    for row in table.texts():
         drawn.add_row(*row)
     return [table.title, drawn, *table.notes, ""]

@@ -31,7 +31,7 @@ class Estimate:
     high: float = math.nan
     digits: int = 0
 
-    def told(self) -> str:
+    def text(self) -> str:
         """Return it in words, such as ``"12 [9, 15]"``."""
         mean, low, high = (f"{v:z.{self.digits}f}" for v in (self.mean, self.low, self.high))
         return _minus(f"{mean} [{low}, {high}]" if self.bounded else mean)
@@ -71,16 +71,16 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     notes: tuple[str, ...] = ()
 
-    def told(self) -> list[list[str]]:
+    def texts(self) -> list[list[str]]:
         """Return the cells of each row in words."""
-        return [[_told(cell) for cell in row] for row in self.rows]
+        return [[_text(cell) for cell in row] for row in self.rows]
 
     def numeric(self) -> list[bool]:
         """Return for each column whether it is set to the right: all in it begins like a number.
 
         The first never is.
         """
-        texts = [[cell for cell in column if cell] for column in zip(*self.told(), strict=True)]
+        texts = [[cell for cell in column if cell] for column in zip(*self.texts(), strict=True)]
         signs = "0123456789−.<"
         return [
             bool(i and texts[i]) and all(c[0] in signs for c in texts[i]) for i in range(len(texts))
@@ -92,7 +92,7 @@ class Table:
             "| " + " | ".join(self.head) + " |",
             "|" + "".join(" ---: |" if right else " --- |" for right in self.numeric()),
         ]
-        for row, cells in zip(self.rows, self.told(), strict=True):
+        for row, cells in zip(self.rows, self.texts(), strict=True):
             if _is_heading(row):
                 cells[0] = f"**{cells[0]}**"
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
@@ -111,7 +111,7 @@ class Table:
             " & ".join(map(_tex, self.head)) + r" \\",
             r"\midrule",
         ]
-        for row, texts in zip(self.rows, self.told(), strict=True):
+        for row, texts in zip(self.rows, self.texts(), strict=True):
             cells = list(map(_tex, texts))
             if _is_heading(row):
                 cells = [rf"\multicolumn{{{len(self.head)}}}{{l}}{{\emph{{{cells[0]}}}}}"]
@@ -149,11 +149,11 @@ def _is_bounded(cell: Cell) -> bool:
     return isinstance(cell, Estimate) and cell.bounded
 
 
-def _told(cell: Cell) -> str:
+def _text(cell: Cell) -> str:
     if cell is None:
         return ""
     if isinstance(cell, Estimate):
-        return cell.told()
+        return cell.text()
     if isinstance(cell, float):
         return _minus(f"{cell:g}")
     return str(cell)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning import SearchConfig
 from sloop_ppl.planning.planners import NOT_SIMULATING, planner_of
@@ -103,7 +103,7 @@ class Trial:
         }
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> Trial:
+    def from_json(cls, record: Mapping[str, Any]) -> Trial:
         """Return the trial that `to_json` told.
 
         Raises
@@ -114,20 +114,20 @@ class Trial:
         try:
             return cls(
                 key=TrialKey(
-                    str(told["description"]),
-                    str(told["target"]),
-                    str(told["model"]),
-                    float(told["range_cells"]),
-                    int(told["start"]),
+                    str(record["description"]),
+                    str(record["target"]),
+                    str(record["model"]),
+                    float(record["range_cells"]),
+                    int(record["start"]),
                 ),
-                map=str(told["map"]),
-                configuration=str(told["configuration"]),
-                found=bool(told["found"]),
-                steps=int(told["steps"]),
-                discounted_reward=float(told["discounted_reward"]),
-                reward=float(told["reward"]),
-                start_m=(float(told["start_x_m"]), float(told["start_y_m"])),
-                seconds=float(told["seconds"]),
+                map=str(record["map"]),
+                configuration=str(record["configuration"]),
+                found=bool(record["found"]),
+                steps=int(record["steps"]),
+                discounted_reward=float(record["discounted_reward"]),
+                reward=float(record["reward"]),
+                start_m=(float(record["start_x_m"]), float(record["start_y_m"])),
+                seconds=float(record["seconds"]),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"is no trial ({type(error).__name__}: {error})") from error
@@ -207,7 +207,7 @@ def compile_ahead(searching: Searching) -> None:
 
 def run_trial(
     key: TrialKey,
-    scene: DescribedScene,
+    annotated: AnnotatedDescription,
     city: CityMap,
     belief: NDArray[np.float64],
     searching: Searching,
@@ -218,7 +218,7 @@ def run_trial(
     ----------
     key
         The trial.
-    scene
+    annotated
         Its description.
     city
         Its map.
@@ -235,7 +235,7 @@ def run_trial(
     """
     from sloop_ppl.planning import run_search  # takes a second to import
 
-    place = scene.targets[key.target]
+    place = annotated.targets[key.target]
     rng = child(
         np.random.default_rng(searching.seed), "trial", key.description, key.target, key.start
     )
@@ -251,18 +251,18 @@ def run_trial(
 
 def trial_of(
     key: TrialKey,
-    scene: DescribedScene,
+    annotated: AnnotatedDescription,
     city: CityMap,
     belief: NDArray[np.float64],
     searching: Searching,
 ) -> Trial:
     """Run a trial and return what came of it; arguments as in `run_trial`."""
     begun = time.perf_counter()
-    episode = run_trial(key, scene, city, belief, searching)
+    episode = run_trial(key, annotated, city, belief, searching)
     return Trial(
         key=key,
-        map=scene.map,
-        configuration=scene.configuration,
+        map=annotated.map,
+        configuration=annotated.configuration,
         found=episode.found,
         steps=episode.steps,
         discounted_reward=episode.discounted_return,

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 import sloop_ppl as sloop
-from sloop_ppl.models import Preset, preset
+from sloop_ppl.models import ObservationModel, preset
 
 TEXT = "The green Toyota is behind Velvet Dog and near West Saint Clair Avenue."
 TARGET = "GreenToyota"
-MODELS: dict[str, Preset] = {
+MODELS: dict[str, ObservationModel] = {
     "the paper's text": preset("sloop-m4", variant="paper"),
     "its published code": preset("sloop-m4"),
     "ours (bayes)": preset("bayes"),

@@ -58,9 +58,9 @@ def main(out: Path, smoke: bool = False) -> Result:
         print(f"{model.name}: {told.format(*sides[model.name])}")
         if model is ONE_SPEAKER:
             pair = before, after
-    fronts = [posterior.frame(SOUGHT, ground) for posterior in pair]
-    west = np.cos(fronts[0]["angle"].values) < -np.sqrt(0.5)
-    faces = tuple(float(front[west].sum()) for front in fronts)
+    frames = [posterior.frame(SOUGHT, ground) for posterior in pair]
+    west = np.cos(frames[0]["angle"].values) < -np.sqrt(0.5)
+    faces = tuple(float(frame[west].sum()) for frame in frames)
     print("P(the front is within 45 degrees of west) {:.2f}, then {:.2f}".format(*faces))
     _draw(pair, ground, out, dpi=50 if smoke else 95)
     return Result(sides[ONE_SPEAKER.name], faces, sides[STRANGERS.name])

@@ -18,7 +18,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference.infer import infer_batch
 from sloop_ppl.language import RELATIONS, Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import PredictedSpread, Preset
+from sloop_ppl.models import ObservationModel, PredictedSpread
 from sloop_ppl.models.likelihoods import parameters_of, with_values
 from sloop_ppl.models.simulate import simulate
 from sloop_ppl.models.vocabulary import speakable_grounds
@@ -54,18 +54,18 @@ class Fault:
     ----------
     model
         Changes the model that infers.
-    hear
+    perturb
         Changes what it is told.
     see
         Changes its belief, shape (H, W).
     """
 
-    model: Callable[[Preset], Preset] = lambda model: model
-    hear: Callable[[Description], Description] = lambda said: said
+    model: Callable[[ObservationModel], ObservationModel] = lambda model: model
+    perturb: Callable[[Description], Description] = lambda description: description
     see: Callable[[Table], Table] = lambda belief: belief
 
 
-def sharper_frames(model: Preset, times: float) -> Preset:
+def sharper_frames(model: ObservationModel, times: float) -> ObservationModel:
     """Return a model whose frames are so many times as concentrated.
 
     Raises
@@ -79,7 +79,7 @@ def sharper_frames(model: Preset, times: float) -> Preset:
     return replace(model, frame_prior=replace(prior, kappa=times * prior.kappa))
 
 
-def wider(model: Preset, times: float) -> Preset:
+def wider(model: ObservationModel, times: float) -> ObservationModel:
     """Return a model all of whose widths are so many times as great."""
     likelihood = model.likelihood
     widths = [p.name for p in parameters_of(likelihood) if p.unit == "m"]
@@ -87,25 +87,25 @@ def wider(model: Preset, times: float) -> Preset:
     return replace(model, likelihood=with_values(likelihood, changed))
 
 
-def mirrored(said: Description) -> Description:
+def mirrored(description: Description) -> Description:
     """Return a description with left and right swapped."""
     sides = {word: record.converse for word, record in RELATIONS.items() if record.absolute}
     swapped = tuple(
-        replace(r, relation=sides.get(r.relation) or r.relation) for r in said.relations
+        replace(r, relation=sides.get(r.relation) or r.relation) for r in description.relations
     )
-    return replace(said, relations=swapped)
+    return replace(description, relations=swapped)
 
 
 FAULTS: Registry[Fault] = Registry("fault")
 """Planted faults by name."""
 FAULTS.add("kappa", Fault(model=lambda model: sharper_frames(model, 2.0)))
 FAULTS.add("sigma", Fault(model=lambda model: wider(model, 1.5)))
-FAULTS.add("left-right", Fault(hear=mirrored))
+FAULTS.add("left-right", Fault(perturb=mirrored))
 FAULTS.add("rows", Fault(see=lambda belief: belief[::-1]))
 
 
 def near_slopes(
-    city: CityMap, n: int, *, rng: np.random.Generator, model: Preset, fault: Fault
+    city: CityMap, n: int, *, rng: np.random.Generator, model: ObservationModel, fault: Fault
 ) -> dict[str, Table]:
     """Return how far the truth's slope is from what is believed of it, and the variance of that.
 
@@ -141,8 +141,8 @@ def near_slopes(
     believed = fault.model(model)
     moved = wider(believed, STEP)
     grounds = cluster(city, _GROUNDS)
-    away = np.min([city.fields(ground).distance_m for ground in grounds], axis=0)
-    prior = (away <= _REACH_M) * 1.0
+    distance_m = np.min([city.fields(ground).distance_m for ground in grounds], axis=0)
+    prior = (distance_m <= _REACH_M) * 1.0
     found: dict[str, list[tuple[float, float]]] = {"width": [], "mirror": []}
     for start in range(0, n, _TOGETHER):
         names = [f"T{i}" for i in range(start, min(n, start + _TOGETHER))]
@@ -155,7 +155,7 @@ def near_slopes(
             grounds=grounds,
             prior=prior,
         )
-        utterance = replace(fault.hear(drawn.description), text="")
+        utterance = replace(fault.perturb(drawn.description), text="")
 
         other = mirrored(utterance)
         before, after, turned = (

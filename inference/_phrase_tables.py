@@ -22,10 +22,10 @@ from sloop_ppl.inference.joint import LogTable, sum_product
 from sloop_ppl.models import (
     Component,
     FrameDistribution,
+    GroundedRelation,
     Latent,
     Program,
     ProgramData,
-    RelationTerm,
 )
 from sloop_ppl.models.grounding import Phrase
 from sloop_ppl.models.program import SummedPhrase, log_held, summed_phrase, with_lapse
@@ -53,7 +53,7 @@ class PhraseTables:
     """
 
     data: ProgramData
-    relation: RelationTerm
+    relation: GroundedRelation
 
     @property
     def shared(self) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ class PhraseTables:
         InputError
             When it depends on another latent.
         """
-        if self.phrase.frames is None or self.phrase.shared_fronts is not None:
+        if self.phrase.frames is None or self.phrase.shared_angles is not None:
             return None
         if len(set(self.phrase.frames)) > 1:
             raise InputError(
@@ -99,11 +99,13 @@ class PhraseTables:
     def log_phi_given_frame(
         self, angles_rad: Table, cells: NDArray[np.intp] | None = None
     ) -> Tensor:
-        """Return what `log_meant` does with the lapse mixed in."""
-        log_p = self.log_meant(angles_rad, cells)
+        """Return what `log_phi_without_lapse` does with the lapse mixed in."""
+        log_p = self.log_phi_without_lapse(angles_rad, cells)
         return with_lapse(log_p, self.data.model, self.data.log_uninformative)
 
-    def log_meant(self, angles_rad: Table, cells: NDArray[np.intp] | None = None) -> Tensor:
+    def log_phi_without_lapse(
+        self, angles_rad: Table, cells: NDArray[np.intp] | None = None
+    ) -> Tensor:
         """Return the log of the phrase's factor for some directions its ground may face, if meant.
 
         Parameters
@@ -164,9 +166,9 @@ class PhraseTables:
             log_phi = self.log_phi.values
             level = math.log(self.data.model.lapse) + self.data.log_uninformative
             lapsed = torch.full_like(log_phi, level)
-            meant = log_phi + torch.log1p(-(lapsed - log_phi).exp().clamp_max(1.0))
-            return LogTable(("lapse", *self.log_phi.latents), torch.stack([meant, lapsed]))
-        if self.phrase.shared_fronts is not None:
+            informative = log_phi + torch.log1p(-(lapsed - log_phi).exp().clamp_max(1.0))
+            return LogTable(("lapse", *self.log_phi.latents), torch.stack([informative, lapsed]))
+        if self.phrase.shared_angles is not None:
             raise InputError(
                 f"'{self.relation.relation} {self.relation.ground}' shares its frame with other "
                 f"phrases, so its latents {', '.join(own)} cannot be told by themselves; use a "
@@ -184,7 +186,7 @@ class PhraseTables:
         """The axes of the phrase's tables after that of the frame."""
         return (*self.shared, *(latent.name for latent in self.phrase.own), f"{_ALONE}/cell")
 
-    def _raw(self, relation: RelationTerm) -> ProgramData:
+    def _raw(self, relation: GroundedRelation) -> ProgramData:
         """Return the program's data with an asserted phrase alone, of which nothing is divided."""
         is_generative = self.data.model.normalisation == "speaker"
         model = replace(
@@ -306,7 +308,7 @@ class PhraseLatents:
         names = {latent.name: self.called(latent.name) for latent in phrase.own}
         if self.data.model.lapse:
             names["lapse"] = f"{self.target}/lapse_{j}"
-        if phrase.frames is not None and phrase.shared_fronts is None:
+        if phrase.frames is not None and phrase.shared_angles is None:
             names["frame"] = f"{self.target}/frame_{j}"
         return names
 

@@ -31,7 +31,7 @@ from sloop_ppl.inference._calibration_slopes import (
 from sloop_ppl.inference.frames import Framed, FramePosterior, directions, frame_nodes
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
-from sloop_ppl.models import PredictedSpread, Preset, RelationTerm
+from sloop_ppl.models import GroundedRelation, ObservationModel, PredictedSpread
 from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate, speaker_of
 from sloop_ppl.rng import child
 
@@ -41,7 +41,7 @@ Table = NDArray[np.float64]
 
 LEVEL = 0.01
 _TARGET = "RedBike"
-_FRONTS = 72
+_ANGLES = 72
 _BINS = 20
 _NEAR = 4
 """Descriptions for the widths' slope for each whose latents are ranked: they cost a twentieth."""
@@ -91,7 +91,7 @@ def calibrate(
     n: int,
     *,
     rng: np.random.Generator,
-    model: str | Preset = SPEAKER,
+    model: str | ObservationModel = SPEAKER,
     fault: Fault | None = None,
     phrases: int = 2,
     near: int | None = None,
@@ -154,32 +154,32 @@ def calibrate(
 def _ranks(
     drawn: Simulated,
     city: CityMap,
-    model: Preset,
+    model: ObservationModel,
     wrong: Fault,
     rng: np.random.Generator,
 ) -> tuple[dict[str, float], tuple[float, float] | None]:
     """Return the ranks of one description's latents, and its slope in the frames' kappa."""
-    posterior, _ = infer_description(wrong.hear(drawn.description), city, model)
+    posterior, _ = infer_description(wrong.perturb(drawn.description), city, model)
     truth = drawn.latents[_TARGET]
     belief = wrong.see(posterior.belief(_TARGET))
     row, col = truth.cell
-    away = city.fields(drawn.description.relations[0].ground).distance_m
+    distance_m = city.fields(drawn.description.relations[0].ground).distance_m
     names = [part.name for part in model.components]
     component = posterior.component(_TARGET)
     (factor,), (term, *_) = posterior.factors, posterior.grounded(_TARGET)
     frame = FramePosterior(posterior.joint, factor, _TARGET, Framed(0, 0, term))
-    mass = frame.table(_FRONTS).sum(1)
-    _, before, home = frame.nodes(_FRONTS)
+    mass = frame.table(_ANGLES).sum(1)
+    _, before, home = frame.nodes(_ANGLES)
     likeliest = int(np.bincount(home, weights=before).argmax())
-    angles = directions(_FRONTS)
+    angles = directions(_ANGLES)
     off = _turned(angles - angles[likeliest])
-    at = int(np.abs(_turned(angles - truth.fronts_rad[0])).argmin())
+    at = int(np.abs(_turned(angles - truth.frame_angles_rad[0])).argmin())
     lapse = posterior.lapses(_TARGET)[0].p
     ranks = {
         "east": _rank(belief.sum(0), np.arange(len(belief[0])), col, rng),
         "north": _rank(belief.sum(1), np.arange(len(belief)), row, rng),
         "density": _rank(belief.ravel(), -belief.ravel(), row * belief.shape[1] + col, rng),
-        "distance": _rank(belief.ravel(), away.ravel(), row * belief.shape[1] + col, rng),
+        "distance": _rank(belief.ravel(), distance_m.ravel(), row * belief.shape[1] + col, rng),
         "component": _rank(
             np.array([component[name] for name in names]),
             np.arange(len(names)),
@@ -193,7 +193,9 @@ def _ranks(
     return ranks, _turn(term, model, mass, at)
 
 
-def _turn(term: RelationTerm, model: Preset, mass: Table, at: int) -> tuple[float, float] | None:
+def _turn(
+    term: GroundedRelation, model: ObservationModel, mass: Table, at: int
+) -> tuple[float, float] | None:
     """Return residual and variance of the front's slope; None where no kappa can change.
 
     The slope is that of the front's prior: once the front is known, what was said of its ground
@@ -203,11 +205,11 @@ def _turn(term: RelationTerm, model: Preset, mass: Table, at: int) -> tuple[floa
         return None
     priors = []
     for times in (1.0, STEP):
-        prior = sharper_frames(model, times).front_prior(term)
+        prior = sharper_frames(model, times).frame_prior_for(term)
         if prior is None:
             return None
-        _, weights, home = frame_nodes(prior, _FRONTS, term.n_cells)
-        priors.append(np.bincount(home, weights=weights, minlength=_FRONTS))
+        _, weights, home = frame_nodes(prior, _ANGLES, term.n_cells)
+        priors.append(np.bincount(home, weights=weights, minlength=_ANGLES))
     return residual(mass, mass * priors[1] / priors[0], at)
 
 

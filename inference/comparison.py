@@ -15,7 +15,7 @@ from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.inference.posterior import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, preset
+from sloop_ppl.models import ObservationModel, preset
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class EngineComparison:
 def compare(
     description: Description,
     city: CityMap,
-    model: str | Preset = "bayes",
+    model: str | ObservationModel = "bayes",
     engines: Sequence[str | Engine] | None = None,
     *,
     prior: Any = None,
@@ -128,7 +128,7 @@ def compare(
     city
         The map.
     model
-        A model's name, or a Preset.
+        A model's name, or an ObservationModel.
     engines
         Names of engines, or engines with options; all that are registered when None.
     prior
@@ -168,7 +168,7 @@ def _run(
     right: Posterior,
     description: Description,
     city: CityMap,
-    model: Preset,
+    model: ObservationModel,
     prior: Any,
     rng: np.random.Generator,
 ) -> EngineRun:

@@ -106,7 +106,7 @@ def draws_from(
         chosen[:, column] = _by_column(weights, uniforms[:, 1 + column])
         names = np.array(factors[which].components)
     framed = framed_relations(factors, target)
-    fronts = np.zeros((len(cells), len(framed)))
+    angles = np.zeros((len(cells), len(framed)))
     for k, frame in enumerate(framed):
         own = FramePosterior(joint, factors[frame.which], target, frame)
         # Phrases of one description that share a front draw it with the same numbers.
@@ -116,7 +116,7 @@ def draws_from(
             part = slice(start, start + _AT_ONCE)
             pick, within = uniforms[part, column], uniforms[part, column + 1]
             components = chosen[part, informative.index(frame.which)]
-            fronts[part, k] = _fronts(
+            angles[part, k] = _drawn_angles(
                 joint, factors, target, own, frame, cells[part], components, pick, within
             )
     return xarray.Dataset(
@@ -129,7 +129,7 @@ def draws_from(
                 ("draw", "description"),
                 names[chosen] if informative else chosen.astype(str),
             ),
-            "front": (("draw", "frame"), fronts, {"units": "rad"}),
+            "front": (("draw", "frame"), angles, {"units": "rad"}),
         },
         coords={
             "ground": ("frame", np.array([f.term.ground for f in framed], dtype=str)),
@@ -254,7 +254,7 @@ def _share(factors: Sequence[DescriptionFactor], one: Framed, other: Framed) -> 
     return same and one.term.ground in shared
 
 
-def _fronts(
+def _drawn_angles(
     joint: JointPosterior,
     factors: Sequence[DescriptionFactor],
     target: str,

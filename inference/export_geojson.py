@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["cells_geojson", "write_geojson"]
@@ -28,7 +28,7 @@ class Beliefs(Protocol):
         """The map."""
 
     @property
-    def model(self) -> Preset:
+    def model(self) -> ObservationModel:
         """The observation model."""
 
     @property

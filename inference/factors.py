@@ -20,9 +20,9 @@ from sloop_ppl.inference.joint import JointPosterior, LogTable
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
-    Preset,
+    GroundedRelation,
+    ObservationModel,
     ProgramData,
-    RelationTerm,
     ground_description,
     program_data,
     true_places,
@@ -79,7 +79,7 @@ class DescriptionFactor:
         """Return what was said of a target, text by text."""
         return tuple(r for description in self.descriptions for r in description.about(target))
 
-    def relations(self, target: str) -> tuple[RelationTerm, ...]:
+    def relations(self, target: str) -> tuple[GroundedRelation, ...]:
         """Return the grounded relations of a target."""
         return self.data.relations[self.data.targets.index(target)]
 
@@ -162,7 +162,7 @@ def by_speaker(descriptions: Sequence[Description]) -> list[tuple[Description, .
 def weigh(
     descriptions: Sequence[Description],
     city: CityMap,
-    model: Preset,
+    model: ObservationModel,
     engine: Engine,
     log_prior: Mapping[str, NDArray[np.float64]],
     *,

@@ -100,12 +100,12 @@ class FrameLabel:
     ----------
     building
         Id of the building.
-    front_rad
+    frame_angle_rad
         The direction, radians anticlockwise from east.
     """
 
     building: str
-    front_rad: float
+    frame_angle_rad: float
 
 
 def address_labels(city: CityMap, buildings: Iterable[str] | None = None) -> list[FrameLabel]:
@@ -151,7 +151,7 @@ class Batch:
     bearing_rad: Tensor
     features: Tensor
     there: Tensor
-    front_rad: Tensor
+    frame_angle_rad: Tensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ class FrameExamples:
         By how much the scene of each drawing is turned, shape (N, R).
     bearing_rad, features, there
         Streets around each, shape (N, C), (N, C, F), (N, C).
-    front_rad
+    frame_angle_rad
         The label, shape (N,).
     """
 
@@ -177,10 +177,10 @@ class FrameExamples:
     bearing_rad: Tensor
     features: Tensor
     there: Tensor
-    front_rad: Tensor
+    frame_angle_rad: Tensor
 
     def __len__(self) -> int:
-        return len(self.front_rad)
+        return len(self.frame_angle_rad)
 
     def batch(self, which: Tensor, generator: torch.Generator) -> Batch:
         """Return some examples, each in a drawing, a quarter turn and a mirroring of its own."""
@@ -195,13 +195,13 @@ class FrameExamples:
         pictures[mirrored] = pictures[mirrored].flip(-2)
         angle = self.turns_rad[which, drawing] + quarter * (math.pi / 2)
         bearing = self.bearing_rad[which] + angle[:, None]
-        front = self.front_rad[which] + angle
+        frame_angle = self.frame_angle_rad[which] + angle
         return Batch(
             pictures,
             torch.where(mirrored[:, None], -bearing, bearing),
             self.features[which],
             self.there[which],
-            torch.where(mirrored, -front, front),
+            torch.where(mirrored, -frame_angle, frame_angle),
         )
 
 
@@ -235,9 +235,9 @@ def frame_examples(
         When a label is no finite angle.
     """
     for label in labels:
-        if not math.isfinite(label.front_rad):
+        if not math.isfinite(label.frame_angle_rad):
             raise InputError(
-                f"The front of '{label.building}' on map '{city.name}' is {label.front_rad}; "
+                f"The front of '{label.building}' on map '{city.name}' is {label.frame_angle_rad}; "
                 "expected a finite number of radians"
             )
     pictures, turns = [], []
@@ -257,7 +257,7 @@ def frame_examples(
         torch.from_numpy(bearing),
         torch.from_numpy(features),
         torch.from_numpy(there),
-        torch.tensor([label.front_rad for label in labels], dtype=torch.float32),
+        torch.tensor([label.frame_angle_rad for label in labels], dtype=torch.float32),
     )
 
 
@@ -300,7 +300,7 @@ def joined(sets: Sequence[FrameExamples]) -> FrameExamples:
         torch.cat([_widened(e.bearing_rad, most) for e in some]),
         torch.cat([_widened(e.features, most) for e in some]),
         torch.cat([_widened(e.there, most) for e in some]),
-        torch.cat([e.front_rad for e in some]),
+        torch.cat([e.frame_angle_rad for e in some]),
     )
 
 

@@ -188,9 +188,9 @@ def train_frames(
     return network, TrainingInfo(len(losses), len(rest), count, tuple(losses), best)
 
 
-def squared_angle(outputs: Outputs, front_rad: Tensor) -> Tensor:
+def squared_angle(outputs: Outputs, frame_angle_rad: Tensor) -> Tensor:
     """Return the squared difference between the first part's mean and the label, radians^2."""
-    difference = outputs.mean_rad[:, 0] - front_rad
+    difference = outputs.mean_rad[:, 0] - frame_angle_rad
     return torch.atan2(torch.sin(difference), torch.cos(difference)).square()
 
 
@@ -267,8 +267,8 @@ def training_command(
 def _loss(network: FrameNetwork, batch: Batch, recipe: Recipe) -> Tensor:
     outputs = network(batch.pictures, batch.bearing_rad, batch.features, batch.there)
     if recipe.loss == "squared-angle":
-        return squared_angle(outputs, batch.front_rad).mean()
-    return -log_density(outputs, batch.front_rad).mean()
+        return squared_angle(outputs, batch.frame_angle_rad).mean()
+    return -log_density(outputs, batch.frame_angle_rad).mean()
 
 
 def _check(loss: Tensor, epoch: int) -> None:
@@ -284,7 +284,7 @@ def _suit_errors(network: FrameNetwork, checks: list[Batch]) -> None:
     with torch.no_grad():
         outputs = [network(b.pictures, b.bearing_rad, b.features, b.there) for b in checks]
         error = torch.cat(
-            [o.mean_rad[:, 0] - b.front_rad for o, b in zip(outputs, checks, strict=True)]
+            [o.mean_rad[:, 0] - b.frame_angle_rad for o, b in zip(outputs, checks, strict=True)]
         )
         best = -math.inf
         for kappa in np.geomspace(0.5, 500, 25):

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.known_cells import Example
 from sloop_ppl.inference.learning import Fitted, fit
+from sloop_ppl.inference.supervised_scores import Example
 from sloop_ppl.language import RELATIONS
-from sloop_ppl.models import PredictedSpread, Preset
+from sloop_ppl.models import ObservationModel, PredictedSpread
 from sloop_ppl.models.frames import FramePredictor
 
 __all__ = ["framed_examples", "tune_frames"]
@@ -29,7 +29,7 @@ def framed_examples(examples: Sequence[Example]) -> list[Example]:
 
 def tune_frames(
     examples: Sequence[Example],
-    model: Preset,
+    model: ObservationModel,
     predictor: FramePredictor,
     *,
     progress: Callable[[str], None] | None = None,

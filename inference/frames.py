@@ -21,7 +21,7 @@ from sloop_ppl.inference.factors import DescriptionFactor, site_name
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.summaries import circular_summary
 from sloop_ppl.maps import Grid
-from sloop_ppl.models import FrameDistribution, FramePart, RelationTerm, SharedFrame
+from sloop_ppl.models import FrameDistribution, FramePart, GroundedRelation, SharedFrame
 
 if TYPE_CHECKING:
     import xarray
@@ -94,7 +94,7 @@ class Framed:
 
     which: int
     relation: int
-    term: RelationTerm
+    term: GroundedRelation
 
 
 def directions(bins: int) -> Table:
@@ -125,7 +125,7 @@ def framed_relations(factors: Sequence[DescriptionFactor], target: str) -> tuple
     return tuple(found)
 
 
-def _has_one_frame(factor: DescriptionFactor, term: RelationTerm) -> bool:
+def _has_one_frame(factor: DescriptionFactor, term: GroundedRelation) -> bool:
     frames = factor.data.phrase(term).frames
     return frames is None or len(set(frames)) == 1
 
@@ -201,7 +201,7 @@ class FramePosterior:
         model, data = factor.data.model, factor.data
         self.term = framed.term
         self.tables = PhraseTables(data, framed.term)
-        self.prior: FrameDistribution = model.front_prior(framed.term) or model.frame_prior(
+        self.prior: FrameDistribution = model.frame_prior_for(framed.term) or model.frame_prior(
             framed.term
         )
         self.n_cells = data.n_cells
@@ -291,7 +291,7 @@ class FramePosterior:
         step = max(1, _MOST_NUMBERS // held.numel())
         for start in range(0, len(angles_rad), step):
             part = slice(start, start + step)
-            p = self.tables.log_meant(angles_rad[part], cells).exp_()
+            p = self.tables.log_phi_without_lapse(angles_rad[part], cells).exp_()
             p = p.expand(-1, *self.shape[:-1], -1).reshape(len(p), -1)
             total[part] += (p @ held.reshape(-1)).numpy()
         return total
@@ -530,5 +530,5 @@ def _angle(bins: int) -> tuple[str, Table, dict[str, str]]:
     )
 
 
-def _about(term: RelationTerm) -> dict[str, str]:
+def _about(term: GroundedRelation) -> dict[str, str]:
     return {"ground": term.ground, "relation": term.relation}

@@ -11,14 +11,14 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.models import Preset, latents_of
+from sloop_ppl.models import ObservationModel, latents_of
 from sloop_ppl.models.likelihoods import (
     Parameter,
     parameters_of,
     share_parameter,
     with_values,
 )
-from sloop_ppl.models.simulate import why_mute
+from sloop_ppl.models.simulate import why_not_generative
 
 __all__ = ["FreeParameters"]
 
@@ -61,20 +61,22 @@ class FreeParameters:
     Mixture weights are a softmax of standard normal numbers around the model's own.
     """
 
-    def __init__(self, model: Preset, learn: Sequence[str] | None) -> None:
+    def __init__(self, model: ObservationModel, learn: Sequence[str] | None) -> None:
         if model.needs_truth or model.shared_frames or model.error_m or latents_of(model):
             raise InputError(
                 f"Model '{model.name}' is told the truth, shares frames or an error, or declares "
                 "latents; such a model cannot be fitted"
             )
         self.model = model
-        self.speaks = not why_mute(model)
+        self.is_generative = not why_not_generative(model)
         declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
-        declared |= {p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.speaks}
+        declared |= {
+            p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.is_generative
+        }
         prior: Any = model.frame_prior
         if is_dataclass(prior):
             # A speaker's left and right are those of the ground, as every other word.
-            frame_parameters = _FRAMES[:1] if self.speaks else _FRAMES
+            frame_parameters = _FRAMES[:1] if self.is_generative else _FRAMES
             declared |= {p.name: ("frames", p) for p in frame_parameters if hasattr(prior, p.name)}
         known = [*declared, *(["weights"] if len(model.components) > 1 else [])]
         chosen = known if learn is None else list(dict.fromkeys(learn))
@@ -119,7 +121,7 @@ class FreeParameters:
         """Return the prior standard deviation of the log, or log odds, of a parameter's value."""
         return self._learnt[i][1].prior_scale
 
-    def at(self, z: Sequence[Tensor] | Tensor) -> Preset:
+    def at(self, z: Sequence[Tensor] | Tensor) -> ObservationModel:
         """Return the model at these numbers, its parameters tensors.
 
         Parameters

@@ -15,10 +15,10 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import seeded_torch
 from sloop_ppl.inference.free_parameters import FreeParameters
-from sloop_ppl.inference.known_cells import Example, KnownCells, known_cells
 from sloop_ppl.inference.learning import curvature, maximise
 from sloop_ppl.inference.parameter_draws import ParameterDraws
-from sloop_ppl.models import Preset
+from sloop_ppl.inference.supervised_scores import Example, SupervisedScore, supervised_score
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _SPREAD_SCALE = 0.5
 
 def sample_parameters(
     examples: Sequence[Example],
-    model: Preset,
+    model: ObservationModel,
     *,
     rng: np.random.Generator,
     learn: Sequence[str] | None = None,
@@ -94,24 +94,24 @@ def sample_parameters(
     free = FreeParameters(model, learn)
     varied = [free.may_vary(name) for name in dict.fromkeys(vary)]
     speakers = _speakers(examples) if varied else ()
-    pooled = known_cells(examples, free)
+    pooled = supervised_score(examples, free)
     top, _ = maximise(free, pooled, iterations=60, progress=progress)
     covariance = curvature(free, pooled, top)
-    target = _Target(free, known_cells(examples, free, speakers), varied, top, covariance)
+    target = _Target(free, supervised_score(examples, free, speakers), varied, top, covariance)
     found, diverged = [], 0
     for i in range(chains):
 
-        def tell(line: str, which: int = i) -> None:
+        def notify(line: str, which: int = i) -> None:
             if progress:
                 progress(f"chain {which + 1} of {chains}: {line}")
 
         with seeded_torch(child(rng, "chain", i)):
-            drawn, bad = _chain(target, len(speakers), warmup, draws, tell)
+            drawn, bad = _chain(target, len(speakers), warmup, draws, notify)
         found.append(drawn)
         diverged += bad
     together = {name: torch.stack([one[name] for one in found]) for name in found[0]}
     provenance = {
-        "objective": f"{pooled.told}, priors as declared",
+        "objective": f"{pooled.score_name}, priors as declared",
         "seed": _seed(rng),
         "examples": len(examples),
         "targets": pooled.size,
@@ -130,19 +130,19 @@ class _Target:
     """The density that is drawn from.
 
     Its coordinates: ``numbers`` (P,), the population's, whitened around the maximum; and where
-    parameters vary, ``log_spread`` (V,) and ``away`` (V, speakers), standard normal.
+    parameters vary, ``log_spread`` (V,) and ``offset`` (V, speakers), standard normal.
     """
 
     def __init__(
         self,
         free: FreeParameters,
-        known: KnownCells,
+        score: SupervisedScore,
         varied: Sequence[int],
         top: Tensor,
         covariance: Tensor | None,
     ) -> None:
         self.free, self.varied = free, tuple(varied)
-        self._known, self._top = known, top
+        self._score, self._top = score, top
         flat = torch.eye(len(top), dtype=torch.float64)
         self._factor = flat if covariance is None else torch.linalg.cholesky(covariance)
 
@@ -154,7 +154,7 @@ class _Target:
         """Return number -> how far each speaker's is from the population's, (..., speakers)."""
         if not self.varied:
             return {}
-        each = at["log_spread"].exp()[..., None] * at["away"]
+        each = at["log_spread"].exp()[..., None] * at["offset"]
         return {i: each[..., v, :] for v, i in enumerate(self.varied)}
 
     def potential(self, at: Mapping[str, Tensor]) -> Tensor:
@@ -164,8 +164,8 @@ class _Target:
         if self.varied:
             spread = at["log_spread"].exp()
             total = total + 0.5 * (spread / _SPREAD_SCALE).square().sum() - at["log_spread"].sum()
-            total = total + 0.5 * at["away"].square().sum()
-        return total - self._known.scores(self.free, z, self.deviations(at)).sum()
+            total = total + 0.5 * at["offset"].square().sum()
+        return total - self._score.scores(self.free, z, self.deviations(at)).sum()
 
     def start(self, speakers: int) -> dict[str, Tensor]:
         """Return a place around the maximum, drawn from torch's generator."""
@@ -173,7 +173,7 @@ class _Target:
         if self.varied:
             shape = (len(self.varied), speakers)
             at["log_spread"] = 0.3 * torch.randn(shape[0], dtype=torch.float64) - 1.5
-            at["away"] = torch.randn(shape, dtype=torch.float64)
+            at["offset"] = torch.randn(shape, dtype=torch.float64)
         return at
 
 
@@ -228,10 +228,10 @@ def _dataset(
             continue
         for name, value in named.items():
             variables[name] = (("chain", "draw"), value.numpy(), {"section": section})
-    for v, (i, away) in enumerate(target.deviations(drawn).items()):
+    for v, (i, offset) in enumerate(target.deviations(drawn).items()):
         name = free.names[i]
         own = z[..., None, :].repeat(1, 1, len(speakers), 1)
-        own[..., i] += away
+        own[..., i] += offset
         each = free.values(own)[name]
         spread = drawn["log_spread"][..., v].exp() * free.scale(i)
         variables[f"{name}_by_speaker"] = (("chain", "draw", "speaker"), each.numpy(), {})

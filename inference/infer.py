@@ -18,8 +18,8 @@ from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
-    Preset,
-    RelationTerm,
+    GroundedRelation,
+    ObservationModel,
     ground_description,
     intervene,
     latents_of,
@@ -36,7 +36,7 @@ _TOGETHER = 50
 def infer_description(
     description: Description,
     city: CityMap,
-    model: str | Preset = "bayes",
+    model: str | ObservationModel = "bayes",
     engine: str | Engine = "exact",
     *,
     prior: Any = None,
@@ -87,7 +87,7 @@ def infer_description(
 def infer_batch(
     descriptions: Sequence[Description],
     city: CityMap,
-    model: str | Preset = "bayes",
+    model: str | ObservationModel = "bayes",
     *,
     prior: Any = None,
 ) -> tuple[dict[str, NDArray[np.float64]], ...]:
@@ -100,7 +100,7 @@ def infer_batch(
     city
         The map.
     model
-        A model's name, or a Preset.
+        A model's name, or an ObservationModel.
     prior
         The same belief before each; see :func:`sloop_ppl.inference.log_priors`.
 
@@ -147,7 +147,7 @@ def infer_batch(
             raise InputError(
                 f"A description was read on map '{description.map}'; expected '{city.name}'"
             )
-    rows: dict[str, tuple[RelationTerm, ...]] = {}
+    rows: dict[str, tuple[GroundedRelation, ...]] = {}
     priors: list[NDArray[np.float64]] = []
     for d, description in enumerate(descriptions):
         grounded = ground_description(description, city, chosen)

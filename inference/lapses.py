@@ -13,7 +13,7 @@ from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.inference.factors import DescriptionFactor, site_name
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.language import SpatialRelation
-from sloop_ppl.models import ProgramData, RelationTerm
+from sloop_ppl.models import GroundedRelation, ProgramData
 
 __all__ = ["Lapse", "lapses_of"]
 
@@ -81,7 +81,7 @@ def lapses_of(
     return tuple(found)
 
 
-def _wrong(terms: Sequence[RelationTerm], data: ProgramData) -> NDArray[np.float64]:
+def _wrong(terms: Sequence[GroundedRelation], data: ProgramData) -> NDArray[np.float64]:
     """Return P(some term lapsed | shared latents, cell), shape (V..., S)."""
     level = math.log(data.model.lapse) + data.log_uninformative
     right = np.ones(1)

@@ -14,8 +14,13 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.inference.free_parameters import FreeParameters
-from sloop_ppl.inference.known_cells import Example, KnownCells, belief_scores, known_cells
-from sloop_ppl.models import Preset
+from sloop_ppl.inference.supervised_scores import (
+    Example,
+    SupervisedScore,
+    belief_scores,
+    supervised_score,
+)
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.models.likelihoods import summed_within
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.outputs import check_output, written_whole
@@ -58,7 +63,7 @@ class Fitted:
     intervals: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
-    def apply(self, model: Preset) -> Preset:
+    def apply(self, model: ObservationModel) -> ObservationModel:
         """Return a model with these parameters."""
         return with_parameters(model, self.parameters)
 
@@ -72,13 +77,13 @@ class Fitted:
         }
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> Fitted:
+    def from_json(cls, score_name: Mapping[str, Any]) -> Fitted:
         """Return what `to_json` told."""
         ends = {
             section: {name: (float(low), float(high)) for name, (low, high) in numbers.items()}
-            for section, numbers in told["intervals"].items()
+            for section, numbers in score_name["intervals"].items()
         }
-        return cls(told["model"], told["parameters"], ends, told["provenance"])
+        return cls(score_name["model"], score_name["parameters"], ends, score_name["provenance"])
 
     def save(self, path: str | Path) -> None:
         """Write them as JSON, which ``--params`` and ``load_parameters`` read.
@@ -96,7 +101,7 @@ class Fitted:
 
 def fit(
     examples: Sequence[Example],
-    model: Preset,
+    model: ObservationModel,
     *,
     learn: Sequence[str] | None = None,
     held_out: Sequence[Example] = (),
@@ -140,24 +145,24 @@ def fit(
     Notes
     -----
     The score of a model that gives words a probability (``speaker`` normalisation, plain products
-    and ``idle``) is the log probability of what was said given the known cell: a likelihood of
-    its parameters. Any other is scored by the log belief at the known cell. (The probability that
-    the phrases are true would not do: it grows with every width.)
+    and ``uninformative``) is the log probability of what was said given the known cell: a
+    likelihood of its parameters. Any other is scored by the log belief at the known cell. (The
+    probability that the phrases are true would not do: it grows with every width.)
 
     Parameters are learnt as standard normal numbers of their declared priors; see
     :class:`sloop_ppl.inference.free_parameters.FreeParameters`. An interval is the maximum plus
     and minus 1.96 standard deviations of the Gaussian of the same curvature, in those numbers.
     """
     free = FreeParameters(model, learn)
-    known = known_cells(examples, free)
-    checks = known_cells(held_out, free) if held_out else None
-    z, stats = maximise(free, known, checks=checks, iterations=iterations, progress=progress)
-    covariance = curvature(free, known, z) if intervals and checks is None else None
+    score = supervised_score(examples, free)
+    checks = supervised_score(held_out, free) if held_out else None
+    z, stats = maximise(free, score, checks=checks, iterations=iterations, progress=progress)
+    covariance = curvature(free, score, z) if intervals and checks is None else None
     ends = {} if covariance is None else free.intervals(z, covariance, _95_PERCENT)
     provenance = {
-        "objective": f"{known.told} plus log prior",
+        "objective": f"{score.score_name} plus log prior",
         "examples": len(examples),
-        "targets": known.size,
+        "targets": score.size,
         "held_out": len(held_out),
         **stats,
         "moved": {
@@ -170,9 +175,9 @@ def fit(
 
 def maximise(
     free: FreeParameters,
-    known: KnownCells,
+    score: SupervisedScore,
     *,
-    checks: KnownCells | None = None,
+    checks: SupervisedScore | None = None,
     iterations: int,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[Tensor, dict[str, Any]]:
@@ -182,7 +187,7 @@ def maximise(
     ----------
     free
         What is learnt.
-    known, checks
+    score, checks
         What it is learnt from, and what tells when to stop.
     iterations
         At most this many of L-BFGS, > 0.
@@ -202,18 +207,18 @@ def maximise(
     """
     z = free.start.clone()
 
-    def mean_score(of: KnownCells) -> float:
+    def mean_score(of: SupervisedScore) -> float:
         with torch.no_grad(), summed_within(_EXACTLY):
             return float(of.scores(free, z, {}).mean())
 
-    before = mean_score(known)
+    before = mean_score(score)
     if not math.isfinite(before):
         raise InputError(
-            f"The {known.told} is {before} under model '{free.model.name}'; expected a finite "
-            "number: give the model a lapse, or a likelihood that nowhere is 0"
+            f"The {score.score_name} is {before} under model '{free.model.name}'; expected a "
+            "finite number: give the model a lapse, or a likelihood that nowhere is 0"
         )
     z.requires_grad_(True)
-    descent = _Descent(free, known, z)
+    descent = _Descent(free, score, z)
     optimiser = torch.optim.LBFGS([z], max_iter=_ROUND, line_search_fn="strong_wolfe")
     best, best_z, waited, done, last = -math.inf, z.detach().clone(), 0, 0, math.inf
     while done < iterations and waited < _PATIENCE:
@@ -238,7 +243,7 @@ def maximise(
         "iterations": done,
         "steps_refused": descent.refused,
         "mean_log_score_before": before,
-        "mean_log_score_after": mean_score(known),
+        "mean_log_score_after": mean_score(score),
     }
 
 
@@ -257,7 +262,7 @@ class _Descent:
     ----------
     free
         What is learnt.
-    known
+    score
         What it is learnt from.
     z
         The numbers, shape (P,), which the optimiser moves.
@@ -268,8 +273,8 @@ class _Descent:
         How many steps led to no number.
     """
 
-    def __init__(self, free: FreeParameters, known: KnownCells, z: Tensor) -> None:
-        self._free, self._known, self._z = free, known, z
+    def __init__(self, free: FreeParameters, score: SupervisedScore, z: Tensor) -> None:
+        self._free, self._score, self._z = free, score, z
         self._met: dict[bytes, _Met] = {}
         self._last, self._worst = z.detach().clone(), -math.inf
         self.refused = 0
@@ -301,7 +306,7 @@ class _Descent:
         astray = [name for name, slope in named if not bool(slope.isfinite())]
         if astray:
             raise InputError(
-                f"The {self._known.told} has no gradient in {', '.join(astray)} under model "
+                f"The {self._score.score_name} has no gradient in {', '.join(astray)} under model "
                 f"'{self._free.model.name}' where the fit starts; expected finite numbers: "
                 "check_likelihood tries a likelihood's gradients"
             )
@@ -321,7 +326,7 @@ class _Descent:
         z.grad = None
         try:
             with summed_within(_WITHIN):
-                scores = self._known.scores(self._free, z, {})
+                scores = self._score.scores(self._free, z, {})
                 loss = 0.5 * (z - self._free.centre).square().sum() - scores.sum()
                 (gradient,) = torch.autograd.grad(loss, z)
         except SloopError:
@@ -331,7 +336,7 @@ class _Descent:
         return _Met(float(loss.detach()), float(scores.detach().mean()), gradient)
 
 
-def curvature(free: FreeParameters, known: KnownCells, z: Tensor) -> Tensor | None:
+def curvature(free: FreeParameters, score: SupervisedScore, z: Tensor) -> Tensor | None:
     """Return the covariance of the numbers by Laplace's approximation, shape (P, P).
 
     None where the score plus log prior does not curve down in every direction, as it does not
@@ -346,7 +351,7 @@ def curvature(free: FreeParameters, known: KnownCells, z: Tensor) -> Tensor | No
             at[i] += sign * step
             at.requires_grad_(True)
             with summed_within(_EXACTLY):
-                loss = 0.5 * (at - free.centre).square().sum() - known.scores(free, at, {}).sum()
+                loss = 0.5 * (at - free.centre).square().sum() - score.scores(free, at, {}).sum()
                 sides.append(torch.autograd.grad(loss, at)[0])
         rows.append((sides[0] - sides[1]) / (2 * step))
     hessian = torch.stack(rows)
@@ -354,6 +359,6 @@ def curvature(free: FreeParameters, known: KnownCells, z: Tensor) -> Tensor | No
     return None if failed else torch.cholesky_inverse(factor)
 
 
-def log_scores(examples: Sequence[Example], model: Preset) -> Tensor:
+def log_scores(examples: Sequence[Example], model: ObservationModel) -> Tensor:
     """Return the log belief at each known cell, map by map, shape (n,)."""
     return belief_scores(examples, model)

@@ -14,7 +14,7 @@ from pyro.ops.stats import effective_sample_size, split_gelman_rubin
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference.draws import import_arviz
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.outputs import check_output, written_whole
 
@@ -98,7 +98,7 @@ class ParameterDraws:
             raise UnknownName("speaker", speaker, self.speakers)
         return self._medians({"speaker": speaker})
 
-    def apply(self, model: Preset, speaker: str | None = None) -> Preset:
+    def apply(self, model: ObservationModel, speaker: str | None = None) -> ObservationModel:
         """Return a model with the medians: the population's, or a speaker's."""
         values = self.parameters if speaker is None else self.parameters_of(speaker)
         return with_parameters(model, values)

@@ -52,7 +52,7 @@ from sloop_ppl.inference.summaries import (
 from sloop_ppl.inference.utterances import utterances_about
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Latent, Preset, RelationTerm
+from sloop_ppl.models import GroundedRelation, Latent, ObservationModel
 from sloop_ppl.models.simulate import Simulated, speaker_of
 from sloop_ppl.models.vocabulary import speaker_words
 
@@ -101,7 +101,7 @@ class Posterior:
     """
 
     city: CityMap
-    model: Preset
+    model: ObservationModel
     method: Engine
     log_prior: Mapping[str, Table]
     factors: tuple[DescriptionFactor, ...]
@@ -145,11 +145,13 @@ class Posterior:
 
     def relations(self, target: str) -> tuple[SpatialRelation, ...]:
         """Return what was said of a target."""
-        return tuple(r for _, f in self._heard(target) for r in f.about(target))
+        return tuple(r for _, f in self._factors_about(target) for r in f.about(target))
 
-    def grounded(self, target: str) -> tuple[RelationTerm, ...]:
+    def grounded(self, target: str) -> tuple[GroundedRelation, ...]:
         """Return what was said of a target, grounded; position j is that of the sites ``_j``."""
-        return tuple(term for _, factor in self._heard(target) for term in factor.relations(target))
+        return tuple(
+            term for _, factor in self._factors_about(target) for term in factor.relations(target)
+        )
 
     @property
     def is_coupled(self) -> bool:
@@ -228,7 +230,7 @@ class Posterior:
         dict
             Component name -> probability; empty when nothing was said of the target.
         """
-        if not self._heard(target):
+        if not self._factors_about(target):
             return {}
         name, factor = self._component(target, which)
         p = self.joint.probabilities(name)
@@ -236,7 +238,7 @@ class Posterior:
 
     def component_prior(self, target: str, which: int = -1) -> dict[str, float]:
         """Return the prior weight of each component of a description, 0 where it does not apply."""
-        if not self._heard(target):
+        if not self._factors_about(target):
             return {}
         _, factor = self._component(target, which)
         weights = factor.data.log_weight[factor.data.targets.index(target)].exp()
@@ -370,7 +372,7 @@ class Posterior:
             relation, no component but the literal one, no prior; frames summed out.
         """
         tables = []
-        for _, factor in self._heard(target):
+        for _, factor in self._factors_about(target):
             for index in range(len(factor.about(target))):
                 own = [t for t in factor.relations(target) if t.index == index]
                 log_p = sum(PhraseTables(factor.data, term).log_phi_alone for term in own)
@@ -414,7 +416,7 @@ class Posterior:
         found = []
         for index, relation in enumerate(relations):
             kept = without_relation(self.descriptions, target, index)
-            other = self._having_heard(kept, rng).belief(target)
+            other = self._with_factors(kept, rng).belief(target)
             found.append(Influence(relation, index, bits_between(belief, other), other))
         return tuple(found)
 
@@ -442,7 +444,7 @@ class Posterior:
         InputError
             When the model cannot speak; see `sloop_ppl.models.speaker_of`.
         """
-        return replace(self, model=speaker_of(self.model))._having_heard(self.descriptions, rng)
+        return replace(self, model=speaker_of(self.model))._with_factors(self.descriptions, rng)
 
     def predictive(self, target: str) -> tuple[PhraseCheck, ...]:
         """Return how expected each phrase of a target was, given all the others.
@@ -468,14 +470,14 @@ class Posterior:
         found = []
         for index, relation in enumerate(self.relations(target)):
             others = without_relation(self.descriptions, target, index)
-            belief = generative._having_heard(others, None).belief(target).reshape(-1)
+            belief = generative._with_factors(others, None).belief(target).reshape(-1)
             found.append(check_phrase(relation, index, terms[index], generative.model, belief))
         return tuple(found)
 
-    def _numbered(self, target: str) -> list[RelationTerm]:
+    def _numbered(self, target: str) -> list[GroundedRelation]:
         """Return the grounded relations of a target, numbered as in :meth:`relations`."""
         found, before = [], 0
-        for _, factor in self._heard(target):
+        for _, factor in self._factors_about(target):
             found += [replace(t, index=t.index + before) for t in factor.relations(target)]
             before += len(factor.about(target))
         return found
@@ -731,14 +733,14 @@ class Posterior:
         if target not in self.log_prior:
             raise UnknownName("target", target, self.targets)
 
-    def _heard(self, target: str) -> list[tuple[int, DescriptionFactor]]:
+    def _factors_about(self, target: str) -> list[tuple[int, DescriptionFactor]]:
         """Return the descriptions that say something of a target, with their positions."""
         self._check(target)
         return [(i, f) for i, f in enumerate(self.factors) if target in f.log_factors]
 
     def _component(self, target: str, which: int) -> tuple[str, DescriptionFactor]:
         """Return the component's name in the joint posterior, and the description it is of."""
-        informative = self._heard(target)
+        informative = self._factors_about(target)
         if not informative:
             raise InputError(
                 f"Nothing was said of '{target}', so it has no mixture; its belief is its prior"
@@ -755,7 +757,7 @@ class Posterior:
         framed = find_framed(self.framed(target), target, self.model.name, ground, relation)
         return FramePosterior(self.joint, self.factors[framed.which], target, framed)
 
-    def _having_heard(
+    def _with_factors(
         self, descriptions: Sequence[Description], rng: np.random.Generator | None
     ) -> Posterior:
         """Return the posterior had other descriptions come; prior and sensing stay."""

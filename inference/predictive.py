@@ -14,16 +14,16 @@ import torch
 from numpy.typing import NDArray
 
 from sloop_ppl.language import SpatialRelation
-from sloop_ppl.models import Preset, RelationTerm
-from sloop_ppl.models._speaker import front_masses
+from sloop_ppl.models import GroundedRelation, ObservationModel
+from sloop_ppl.models._speaker import frame_angle_masses
+from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.program import word_weights
-from sloop_ppl.models.terms import word_options
 
 __all__ = ["PhraseCheck", "check_phrase", "word_probabilities"]
 
 Table = NDArray[np.float64]
 
-_FRONTS = 72
+_ANGLES = 72
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ class PhraseCheck:
     word: str
 
 
-def word_probabilities(term: RelationTerm, model: Preset, belief: Table) -> dict[str, float]:
+def word_probabilities(
+    term: GroundedRelation, model: ObservationModel, belief: Table
+) -> dict[str, float]:
     """Return the probability of each word of a ground where a target is believed to be.
 
     Parameters
@@ -77,29 +79,35 @@ def word_probabilities(term: RelationTerm, model: Preset, belief: Table) -> dict
     of the literal components, and P the softmax of log g over words.
     """
     options, _ = word_options(term)
-    prior = model.front_prior(term)
+    prior = model.frame_prior_for(term)
     if prior is None:
         raise ValueError(f"Model '{model.name}' does not speak; expected speaker_of(model)")
-    fronts, log_mass = front_masses(prior, _FRONTS)
+    angles, log_mass = frame_angle_masses(prior, _ANGLES)
     with torch.no_grad():
-        weights = word_weights(model.likelihood, options, fronts)
-        meant = [
+        weights = word_weights(model.likelihood, options, angles)
+        meanings = [
             float(torch.logsumexp(weights.log_chance(v) + log_mass, 0).exp().numpy() @ belief)
             for v in range(len(options))
         ]
     total = sum(part.weight for part in model.components)
-    literal = sum(part.weight for part in model.components if part.combine != "idle") / total
+    literal = (
+        sum(part.weight for part in model.components if part.combine != "uninformative") / total
+    )
     share = literal * (1 - model.lapse)
     words = {
         o.relation: share * m + (1 - share) / len(options)
-        for o, m in zip(options, meant, strict=True)
+        for o, m in zip(options, meanings, strict=True)
     }
     scale = math.fsum(words.values())
     return {word: p / scale for word, p in words.items()}
 
 
 def check_phrase(
-    relation: SpatialRelation, index: int, term: RelationTerm, model: Preset, belief: Table
+    relation: SpatialRelation,
+    index: int,
+    term: GroundedRelation,
+    model: ObservationModel,
+    belief: Table,
 ) -> PhraseCheck:
     """Return how expected a phrase was where its target is believed to be without it.
 

@@ -26,9 +26,9 @@ from sloop_ppl.language import (
     Unresolved,
 )
 from sloop_ppl.maps import CityMap, from_geojson, to_geojson
-from sloop_ppl.models import Preset, ground_description, program_data
+from sloop_ppl.models import ObservationModel, ground_description, program_data
 from sloop_ppl.models._netcdf import read_netcdf
-from sloop_ppl.models.parts import model_from_parts, parts_of
+from sloop_ppl.models.model_parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class StoredPosterior:
     """
 
     city: CityMap
-    model: Preset
+    model: ObservationModel
     method: Engine
     log_prior: Mapping[str, Table]
     factors: tuple[DescriptionFactor, ...]
@@ -148,8 +148,9 @@ def save_parts(
 
     Notes
     -----
-    The model goes with it as :func:`sloop_ppl.models.parts.parts_of` writes it, numbers and all, so
-    that a model with parameters of its own, or whose defaults change later, is read as it was.
+    The model goes with it as :func:`sloop_ppl.models.model_parts.parts_of` writes it,
+    numbers and all, so that a model with parameters of its own, or whose defaults change later, is
+    read as it was.
     """
     target = check_output(path, (".nc",))
     if not _is_registered(parts.method):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import TargetObject
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
+from sloop_ppl.models import ObservationModel
 from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
 from sloop_ppl.rng import child
 
@@ -24,7 +24,7 @@ def utterances_about(
     n: int,
     *,
     rng: np.random.Generator,
-    speaker: str | Preset = SPEAKER,
+    speaker: str | ObservationModel = SPEAKER,
     phrases: int | tuple[int, int] = 1,
     grounds: Sequence[str] | None = None,
 ) -> tuple[Simulated, ...]:
@@ -43,7 +43,7 @@ def utterances_about(
     rng
         Where places and words are drawn from; each description has a stream of its own.
     speaker
-        A model's name, or a Preset, as a speaker; see `sloop_ppl.models.speaker_of`.
+        A model's name, or an ObservationModel, as a speaker; see `sloop_ppl.models.speaker_of`.
     phrases
         Phrases of each: a number, or the least and the most.
     grounds

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
-    from sloop_ppl.models._regions import REGIONS
+    from sloop_ppl.models._reference_regions import REGIONS
     from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, borrowed, fitting_note, unfitted
     from sloop_ppl.models.cell_priors import (
         CELL_PRIORS,
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         PredictedPoint,
         PredictedSpread,
     )
+    from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations
     from sloop_ppl.models.grounding import (
         ProgramData,
         SharedFrame,
@@ -38,10 +39,9 @@ if TYPE_CHECKING:
     from sloop_ppl.models.interventions import intervene
     from sloop_ppl.models.latents import Latent
     from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
-    from sloop_ppl.models.presets import PRESETS, VARIANTS, Preset, preset
+    from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
     from sloop_ppl.models.simulate import speaker_of
-    from sloop_ppl.models.terms import RelationTerm, ground_relations
 
 __all__ = [
     "BAYES",
@@ -59,16 +59,16 @@ __all__ = [
     "FrameDistribution",
     "FramePart",
     "GaussianLikelihood",
+    "GroundedRelation",
     "Latent",
     "LearntCells",
     "NearestStreet",
+    "ObservationModel",
     "PredictedPoint",
     "PredictedSpread",
-    "Preset",
     "Program",
     "ProgramData",
     "RelationLikelihood",
-    "RelationTerm",
     "SharedFrame",
     "borrowed",
     "build",
@@ -87,7 +87,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "_regions": ("REGIONS",),
+    "_reference_regions": ("REGIONS",),
     "bayes": ("BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"),
     "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
     "components": ("COMBINATIONS", "Component"),
@@ -111,10 +111,10 @@ _HOMES = {
     "interventions": ("intervene",),
     "latents": ("Latent",),
     "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "RelationLikelihood"),
-    "presets": ("PRESETS", "VARIANTS", "Preset", "preset"),
+    "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
     "simulate": ("speaker_of",),
-    "terms": ("RelationTerm", "ground_relations"),
+    "grounded_relation": ("GroundedRelation", "ground_relations"),
 }
 __getattr__ = load_later(__name__, _HOMES)
 

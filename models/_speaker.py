@@ -17,7 +17,7 @@ from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
 
-__all__ = ["WordWeights", "front_masses"]
+__all__ = ["WordWeights", "frame_angle_masses"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class WordWeights:
         needs_frame: Sequence[bool],
         still: Sequence[Tensor],
         turned: Sequence[Tensor],
-        fronts: int,
+        n_angles: int,
     ) -> WordWeights:
         """Gather the tables of some words.
 
@@ -57,11 +57,11 @@ class WordWeights:
             Per word, whether its table depends on the front.
         still, turned
             Tables of the words that do not, (S,) each, and of those that do, (B, S) each.
-        fronts
-            Number of fronts B.
+        n_angles
+            Number of angles B.
         """
         plain = torch.stack(list(still))
-        log_total = torch.logsumexp(plain, 0)[None].expand(fronts, -1)
+        log_total = torch.logsumexp(plain, 0)[None].expand(n_angles, -1)
         framed = torch.stack(list(turned)) if turned else log_total.new_zeros(0, *log_total.shape)
         if turned:
             log_total = torch.logaddexp(log_total, torch.logsumexp(framed, 0))
@@ -90,7 +90,7 @@ class WordWeights:
         return torch.where(at < len(self.still), plain, turned) - self.log_total
 
 
-def front_masses(frame: FrameDistribution, count: int) -> tuple[Tensor, Tensor]:
+def frame_angle_masses(frame: FrameDistribution, count: int) -> tuple[Tensor, Tensor]:
     """Return fronts that stand for a frame's distribution, and their log probabilities.
 
     Parameters

@@ -10,12 +10,12 @@ from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
 from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.likelihoods import LIKELIHOODS
-from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.presets import ObservationModel
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 __all__ = ["BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"]
 
-UNFITTED_BAYES = Preset(
+UNFITTED_BAYES = ObservationModel(
     name="bayes",
     components=(
         Component("product", 0.8),
@@ -34,7 +34,7 @@ Every phrase may lapse by itself, so the paper's components for contact and prox
 needed; that the frame was meant otherwise by the whole description stays one."""
 
 
-def _fitted() -> Preset:
+def _fitted() -> ObservationModel:
     with as_file(files("sloop_ppl") / "data" / "models" / "bayes.json") as path:
         return with_parameters(UNFITTED_BAYES, load_parameters(path))
 
@@ -43,7 +43,7 @@ BAYES = _fitted()
 """`bayes` with the numbers of ``data/models/bayes.json``, which ``sloop eval fit`` wrote."""
 
 
-def borrowed(model: Preset) -> tuple[str, ...]:
+def borrowed(model: ObservationModel) -> tuple[str, ...]:
     """Return the numbers that a model has from `bayes`, which were fitted for its likelihood.
 
     Parameters
@@ -74,7 +74,7 @@ def borrowed(model: Preset) -> tuple[str, ...]:
     return tuple(name for name, value in fitted.items() if own.get(name) == value)
 
 
-def fitting_note(model: Preset) -> str | None:
+def fitting_note(model: ObservationModel) -> str | None:
     """Return one line that says which numbers were fitted for another likelihood, if any were.
 
     It says how to fit them, too. ``sloop`` prints it where such a model is used.
@@ -91,7 +91,7 @@ def fitting_note(model: Preset) -> str | None:
     )
 
 
-def unfitted(model: Preset) -> Preset:
+def unfitted(model: ObservationModel) -> ObservationModel:
     """Return where a fit of a model starts: `bayes` before its own fit, any other as it is.
 
     What was learnt from a city must not leak into a fit that leaves that city out, so a model
@@ -116,7 +116,7 @@ _MODEL = ("lapse", "temper")
 _FRAMES = ("kappa", "absolute")
 
 
-def _numbers(model: Preset) -> dict[str, Any]:
+def _numbers(model: ObservationModel) -> dict[str, Any]:
     """Return what a fit of `bayes` learns beside the numbers of its likelihood, by name."""
     frames = {name: getattr(model.frame_prior, name, None) for name in _FRAMES}
     return {

@@ -16,6 +16,7 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.language import SpatialRelation, words_by_class
 from sloop_ppl.maps import CityMap, Grid, Landmark
 from sloop_ppl.models.frames import FrameDistribution, FramePart
+from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
     ClosedFormMarginal,
@@ -23,7 +24,6 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
-from sloop_ppl.models.terms import RelationTerm, ground_relations
 
 __all__ = ["check_likelihood", "check_table"]
 
@@ -130,23 +130,23 @@ def check_table(log_g: object, expected: tuple[int, ...], what: str) -> Tensor:
 class _Case:
     """One relation on the test map."""
 
-    term: RelationTerm
+    term: GroundedRelation
     directions: Tensor | None
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         return f"relation '{self.term.relation}' of {_FORMS[self.term.form]}"
 
     def table(self, likelihood: RelationLikelihood) -> Tensor:
         """Return log g, checked."""
-        return self._table(likelihood, self.term, self.told)
+        return self._table(likelihood, self.term, self.label)
 
     def table_at(self, likelihood: RelationLikelihood, cells: NDArray[np.intp]) -> Tensor:
         """Return log g at some cells, checked."""
-        label = f"{self.told} at {len(cells)} of its cells (RelationTerm.at)"
+        label = f"{self.label} at {len(cells)} of its cells (GroundedRelation.at)"
         return self._table(likelihood, self.term.at(cells), label)
 
-    def _table(self, likelihood: RelationLikelihood, term: RelationTerm, label: str) -> Tensor:
+    def _table(self, likelihood: RelationLikelihood, term: GroundedRelation, label: str) -> Tensor:
         cells = (term.n_cells,)
         expected = cells if self.directions is None else (len(self.directions), *cells)
         what = f"log_g of {_name(likelihood)} for {label}"
@@ -191,7 +191,7 @@ def _cases(
                 (term,) = ground_relations((relation,), city)
                 for latent in latents:
                     if latent.is_about(term):
-                        term = latent.meant(term, latent.support[0])
+                        term = latent.apply(term, latent.support[0])
                 angles: tuple[float, ...] = ()
                 if term.needs_frame:
                     angles = _ANGLES
@@ -206,7 +206,7 @@ def _check_tables(likelihood: RelationLikelihood) -> None:
         table = case.table(likelihood)
         if not torch.allclose(case.table_at(likelihood, _SOME), table[..., _SOME], atol=1e-9):
             raise InputError(
-                f"log_g of {_name(likelihood)} for {case.told} gives some cells other values "
+                f"log_g of {_name(likelihood)} for {case.label} gives some cells other values "
                 "alone than among all; expected each cell's value to depend on that cell only, "
                 "from the term's tables, such as term.off_m"
             )
@@ -218,7 +218,7 @@ def _check_tables(likelihood: RelationLikelihood) -> None:
                 alone, table[i : i + 1], atol=1e-9
             ):
                 raise InputError(
-                    f"log_g of {_name(likelihood)} for {case.told} gives direction "
+                    f"log_g of {_name(likelihood)} for {case.label} gives direction "
                     f"{float(case.directions[i]):.2f} rad another value alone than among "
                     f"{len(case.directions)}; expected row b to depend on direction b only"
                 )
@@ -244,7 +244,7 @@ def _check_gradients(likelihood: RelationLikelihood) -> None:
         for which, slope in zip(tensors, slopes, strict=True):
             if slope is not None and not bool(torch.isfinite(slope)):
                 raise InputError(
-                    f"The gradient of {name} in '{which}' is {float(slope)} for {case.told}; "
+                    f"The gradient of {name} in '{which}' is {float(slope)} for {case.label}; "
                     "expected a finite number: mind torch.where over NaN, and sqrt(0)"
                 )
             reached[which] = reached[which] or (slope is not None and float(slope) != 0)
@@ -271,7 +271,7 @@ def _check_turning(likelihood: RelationLikelihood) -> None:
             if off > 1e-6:
                 raise InputError(
                     f"{what.capitalize()} map and direction does not do so to log_g of "
-                    f"{_name(likelihood)} for {case.told}: off by {off:.3g}; expected it "
+                    f"{_name(likelihood)} for {case.label}: off by {off:.3g}; expected it "
                     "to depend on distance, on term.bearing_rad less direction_rad, and not on "
                     "east or north; if it is absolute by intention, leave this out: "
                     'check_likelihood(..., skip=("rotation",))'
@@ -293,7 +293,7 @@ def _check_cells(likelihood: RelationLikelihood) -> None:
         if moved > _MOST_MOVED:
             raise InputError(
                 f"Halving the cells moves {moved:.2g} of the mass of {_name(likelihood)} "
-                f"for {case.told}; expected at most {_MOST_MOVED:g}: take distances in metres, "
+                f"for {case.label}; expected at most {_MOST_MOVED:g}: take distances in metres, "
                 "from term.distance_m or term.off_m, and not in cells"
             )
 
@@ -302,18 +302,18 @@ def _check_marginal(likelihood: RelationLikelihood) -> None:
     if not isinstance(likelihood, ClosedFormMarginal):
         return
     steps = torch.arange(_QUADRATURE, dtype=torch.float64)
-    fronts = steps * (2 * math.pi / _QUADRATURE) - math.pi
+    frame_angles = steps * (2 * math.pi / _QUADRATURE) - math.pi
     for case in _cases(likelihood, _city()):
         term = case.term
         if term.relation_class not in ("front", "right"):
             continue
-        g = likelihood.log_g(term, fronts + term.offset_rad).exp()
+        g = likelihood.log_g(term, frame_angles + term.offset_rad).exp()
         change = (g - g.roll(1, 0)).abs()
         jumps = torch.where(change > _JUMP, change, 0.0).sum(0)
         for frame_label, frame in _FRAMES.items():
-            what = f"log_marginal of {_name(likelihood)} for {case.told} under {frame_label}"
+            what = f"log_marginal of {_name(likelihood)} for {case.label} under {frame_label}"
             table = check_table(likelihood.log_marginal(term, frame), (term.n_cells,), what).exp()
-            expected, densest = _by_quadrature(likelihood, term, frame, fronts, g)
+            expected, densest = _by_quadrature(likelihood, term, frame, frame_angles, g)
             # Where g jumps with direction, a sum over steps can be off by a step's mass.
             off = (table - expected).abs() - 2 * densest * jumps
             if float(off.max()) > 1e-5:
@@ -325,20 +325,20 @@ def _check_marginal(likelihood: RelationLikelihood) -> None:
 
 def _by_quadrature(
     likelihood: RelationLikelihood,
-    term: RelationTerm,
+    term: GroundedRelation,
     frame: FrameDistribution,
-    fronts: Tensor,
+    frame_angles: Tensor,
     g: Tensor,
 ) -> tuple[Tensor, float]:
     """Return E[g] over a frame, shape (S,), and the greatest mass of one step."""
-    mass = torch.full_like(fronts, frame.lapse / len(fronts))
+    mass = torch.full_like(frame_angles, frame.lapse / len(frame_angles))
     points = torch.zeros(g.shape[-1], dtype=torch.float64)
     for part in frame.parts:
         if math.isinf(part.kappa):
             at = torch.tensor([part.mean_rad + term.offset_rad], dtype=torch.float64)
             points = points + part.weight * likelihood.log_g(term, at).exp()[0]
         else:
-            shape = torch.softmax(part.kappa * torch.cos(fronts - part.mean_rad), 0)
+            shape = torch.softmax(part.kappa * torch.cos(frame_angles - part.mean_rad), 0)
             mass = mass + part.weight * shape
     return points + mass @ g, float(mass.max())
 

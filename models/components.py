@@ -11,13 +11,13 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.models._logspace import log_normalise
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
 __all__ = ["COMBINATIONS", "CUT_TO", "Component", "PhraseTable", "cut_below_uniform"]
 
-PhraseTable = Callable[[RelationTerm], Tensor]
+PhraseTable = Callable[[GroundedRelation], Tensor]
 """Gives the log truth of one phrase at every cell, shape (S,)."""
 
 CUT_TO = 1e-12
@@ -76,11 +76,11 @@ class Component:
         """Tell whether the component takes the phrases it keeps as they were said, all of them."""
         return self.combine == "product" and self.read_as is None
 
-    def reads(self, term: RelationTerm) -> bool:
+    def reads(self, term: GroundedRelation) -> bool:
         """Tell whether the component takes a phrase as it was said."""
         return self.is_literal and (self.keep_frames or not term.needs_frame)
 
-    def terms_it_reads(self, terms: tuple[RelationTerm, ...]) -> tuple[RelationTerm, ...]:
+    def terms_it_reads(self, terms: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
         """Return the terms this component keeps, as it reads them."""
         kept = tuple(t for t in terms if self.keep_frames or not t.needs_frame)
         if self.read_as is None:
@@ -89,37 +89,37 @@ class Component:
         return tuple(t.as_relation(self.read_as) for t in kept if not t.negated)
 
 
-Combination = Callable[[tuple[RelationTerm, ...], PhraseTable], Tensor]
+Combination = Callable[[tuple[GroundedRelation, ...], PhraseTable], Tensor]
 COMBINATIONS: Registry[Combination] = Registry("combination")
 """Ways to combine phrases: each returns log factors whose sum over rows is the combination's log
 weight of every cell; shape (L, S), with further axes before S for latents that phrases share."""
 
 
-def _product(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
+def _product(terms: tuple[GroundedRelation, ...], phrase: PhraseTable) -> Tensor:
     """Return one row per phrase: all phrases hold."""
     return torch.stack(torch.broadcast_tensors(*(phrase(term) for term in terms)))
 
 
-def _sum(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:
+def _sum(terms: tuple[GroundedRelation, ...], phrase: PhraseTable) -> Tensor:
     """Return one row: one of the phrases holds, each as likely, so the one meant is summed out."""
     tables = (log_normalise(phrase(term)) for term in terms)
     each = torch.stack(torch.broadcast_tensors(*tables))
     return (torch.logsumexp(each, 0) - math.log(len(terms)))[None]
 
 
-def _keyword(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+def _keyword(terms: tuple[GroundedRelation, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
     """Return one row: 1 on the grounds' cells and 1 / (H W) elsewhere (SLOOP sec. V, keyword)."""
     on_ground = torch.stack([term.on_ground for term in terms]).any(0)
     elsewhere = torch.tensor(-math.log(on_ground.numel()), dtype=torch.float64)
     return torch.where(on_ground, torch.zeros_like(elsewhere), elsewhere)[None]
 
 
-def _nothing(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+def _nothing(terms: tuple[GroundedRelation, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
     """Return one row of zeros: what was said tells nothing."""
     return torch.zeros(1, terms[0].city.grid.size, dtype=torch.float64)
 
 
-def _idle(terms: tuple[RelationTerm, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
+def _uninformative(terms: tuple[GroundedRelation, ...], phrase: PhraseTable) -> Tensor:  # noqa: ARG001
     """Return one row: each phrase is any of a speaker's words, as likely, wherever the target is.
 
     Under ``speaker`` normalisation it is the probability of words chosen carelessly.
@@ -132,7 +132,7 @@ COMBINATIONS.add("product", _product)
 COMBINATIONS.add("sum", _sum)
 COMBINATIONS.add("keyword", _keyword)
 COMBINATIONS.add("nothing", _nothing)
-COMBINATIONS.add("idle", _idle)
+COMBINATIONS.add("uninformative", _uninformative)
 
 
 def cut_below_uniform(log_p: Tensor) -> Tensor:

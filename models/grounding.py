@@ -24,10 +24,14 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import (
+    GroundedRelation,
+    as_vocabulary_word,
+    ground_relations,
+)
 from sloop_ppl.models.guard import trusted
 from sloop_ppl.models.latents import Latent
-from sloop_ppl.models.presets import Preset
-from sloop_ppl.models.terms import RelationTerm, ground_relations, spoken
+from sloop_ppl.models.presets import ObservationModel
 
 __all__ = [
     "Phrase",
@@ -102,24 +106,24 @@ class Phrase:
     sizes
         Length of each leading axis of its tables: those of the shared latents, then of its own; 1
         for one that does not matter.
-    meant
+    meanings
         The relation under each combination of values, in row-major order of `sizes`.
     frames
-        Prior of the frame for each of `meant`, None for one without a frame; None when none has
+        Prior of the frame for each of `meanings`, None for one without a frame; None when none has
         one.
     shared_axis
         Which shared latent is its frame, when that is shared.
-    shared_fronts
+    shared_angles
         Directions of that shared frame, radians, shape (B,).
     """
 
-    relation: RelationTerm
+    relation: GroundedRelation
     own: tuple[Latent, ...]
     sizes: tuple[int, ...]
-    meant: tuple[RelationTerm, ...]
+    meanings: tuple[GroundedRelation, ...]
     frames: tuple[FrameDistribution | None, ...] | None
     shared_axis: int | None = None
-    shared_fronts: Tensor | None = None
+    shared_angles: Tensor | None = None
 
     def if_reliable(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
         """Return `log_p` where the speaker is reliable, else a number.
@@ -133,9 +137,9 @@ class Phrase:
         after
             How many axes come after those of the latents.
         """
-        if RELIABLE not in self.meant[0].latents:
+        if RELIABLE not in self.meanings[0].latents:
             return log_p
-        reliable = torch.tensor([one.latents[RELIABLE] for one in self.meant])
+        reliable = torch.tensor([one.latents[RELIABLE] for one in self.meanings])
         return torch.where(reliable.reshape(*self.sizes, *(1,) * after), log_p, otherwise)
 
     def bins(self, count: int) -> tuple[Tensor, Tensor]:
@@ -163,7 +167,7 @@ class Phrase:
         """
         which = (self.relation.figure, self.relation.index, self.relation.description)
         own = tuple((latent.name, latent.prior) for latent in self.own)
-        same = tuple(one.meaning for one in self.meant), own, self.sizes, self.shared_axis
+        same = tuple(one.meaning for one in self.meanings), own, self.sizes, self.shared_axis
         return (*same, which) if by_itself else same
 
     def on_shared_axis(self, table: Tensor) -> Tensor:
@@ -173,9 +177,9 @@ class Phrase:
         return table.transpose(self.shared_axis, -2)
 
     def over_meanings(
-        self, table: Callable[[RelationTerm, Any], Tensor], each: Sequence[Any] | None = None
+        self, table: Callable[[GroundedRelation, Any], Tensor], each: Sequence[Any] | None = None
     ) -> Tensor:
-        """Return the tables of every meaning, those of `meant` along the leading axes.
+        """Return the tables of every meaning, those of `meanings` along the leading axes.
 
         Parameters
         ----------
@@ -183,15 +187,15 @@ class Phrase:
             Takes a relation and what it is given of `each`; returns a table of shape (B, S) or
             (S,).
         each
-            What `table` takes with each of `meant`, such as its fronts; None for nothing.
+            What `table` takes with each of `meanings`, such as its fronts; None for nothing.
 
         Returns
         -------
         Tensor
             Shape (sizes..., B, S).
         """
-        given = each or (None,) * len(self.meant)
-        tables = [table(*one) for one in zip(self.meant, given, strict=True)]
+        given = each or (None,) * len(self.meanings)
+        tables = [table(*one) for one in zip(self.meanings, given, strict=True)]
         cells = tables[0].shape[-1]
         if len(tables) == 1:
             return tables[0].reshape(*self.sizes, -1, cells)
@@ -224,9 +228,9 @@ class ProgramData:
     """
 
     targets: tuple[str, ...]
-    relations: tuple[tuple[RelationTerm, ...], ...]
+    relations: tuple[tuple[GroundedRelation, ...], ...]
     city: CityMap
-    model: Preset
+    model: ObservationModel
     log_prior: Tensor
     shared: tuple[SharedFrame | Latent, ...] = ()
     truths: tuple[tuple[float, float], ...] | None = None
@@ -244,9 +248,9 @@ class ProgramData:
         """
         found = []
         for relations in self.relations:
-            idle = [not self.applies(part, relations) for part in self.model.components]
+            skipped = [not self.applies(part, relations) for part in self.model.components]
             rows = [
-                [part.reads(r) or i for part, i in zip(self.model.components, idle, strict=True)]
+                [part.reads(r) or i for part, i in zip(self.model.components, skipped, strict=True)]
                 for r in relations
             ]
             found.append(tuple(map(torch.tensor, rows)))
@@ -298,7 +302,7 @@ class ProgramData:
         return trusted(self.model.likelihood) and _is_ours(self.model.frame_prior)
 
     def _check_meanings(
-        self, relation: RelationTerm, meant: Sequence[RelationTerm], *, has_frame: bool
+        self, relation: GroundedRelation, meanings: Sequence[GroundedRelation], *, has_frame: bool
     ) -> None:
         """Refuse what a latent may not change.
 
@@ -307,15 +311,15 @@ class ProgramData:
         InputError
             When it changes whether the relation is denied, or the ground of a shared frame.
         """
-        if len(meant) == 1:
+        if len(meanings) == 1:
             return
         phrase = f"'{relation.relation} {relation.ground}'"
-        if any(one.negated != relation.negated for one in meant):
+        if any(one.negated != relation.negated for one in meanings):
             raise InputError(
                 f"A latent changes whether {phrase} is denied; expected it to leave `negated` alone"
             )
         shared = {v.ground for v in self.shared if isinstance(v, SharedFrame)}
-        grounds = {one.ground for one in meant}
+        grounds = {one.ground for one in meanings}
         if has_frame and len(grounds) > 1 and shared & (grounds | {relation.ground}):
             raise InputError(
                 f"A latent changes the ground of {phrase}, whose frame phrases share; use a model "
@@ -355,7 +359,7 @@ class ProgramData:
         for i, target in enumerate(self.targets):
             for j, relation in enumerate(self.relations[i]):
                 phrase = self.phrase(relation)
-                own = phrase.frames is not None and phrase.shared_fronts is None
+                own = phrase.frames is not None and phrase.shared_angles is None
                 if own and bool(self.reads[i][j].any()):
                     yield target, j, phrase
 
@@ -380,7 +384,7 @@ class ProgramData:
             total = total + latent.log_prior.reshape(shape)
         return total
 
-    def applies(self, part: Component, relations: tuple[RelationTerm, ...]) -> bool:
+    def applies(self, part: Component, relations: tuple[GroundedRelation, ...]) -> bool:
         """Tell whether a component has anything to say of a target.
 
         Of a target of which nothing was said the first component stands for all.
@@ -389,41 +393,41 @@ class ProgramData:
             return self.model.needs_truth or part == self.model.components[0]
         return bool(part.terms_it_reads(relations))
 
-    def phrase(self, relation: RelationTerm) -> Phrase:
+    def phrase(self, relation: GroundedRelation) -> Phrase:
         """Return a relation under every value of the latents that it depends on; made once."""
         key = id(relation)
         if key not in self.phrases:
             self.phrases[key] = self._phrase(relation)
         return self.phrases[key]
 
-    def _phrase(self, relation: RelationTerm) -> Phrase:
+    def _phrase(self, relation: GroundedRelation) -> Phrase:
         own = tuple(latent for latent in self.own if latent.is_about(relation))
         concerned = [
             latent if isinstance(latent, Latent) and latent.is_about(relation) else None
             for latent in (*self.shared, *own)
         ]
         supports = [(None,) if a is None else a.support for a in concerned]
-        meant = []
+        meanings = []
         for values in itertools.product(*supports):
             one = relation
             for latent, value in zip(concerned, values, strict=True):
-                one = one if latent is None else latent.meant(one, value)
-            meant.append(one)
+                one = one if latent is None else latent.apply(one, value)
+            meanings.append(one)
         if self.model.normalisation == "speaker":
-            meant = [spoken(one) for one in meant]
-        frames = tuple(self.model.front_prior(one) for one in meant)
+            meanings = [as_vocabulary_word(one) for one in meanings]
+        frames = tuple(self.model.frame_prior_for(one) for one in meanings)
         has_frame = any(frame is not None for frame in frames)
-        self._check_meanings(relation, meant, has_frame=has_frame)
+        self._check_meanings(relation, meanings, has_frame=has_frame)
         sizes = tuple(len(support) for support in supports)
-        found = Phrase(relation, own, sizes, tuple(meant), frames if has_frame else None)
+        found = Phrase(relation, own, sizes, tuple(meanings), frames if has_frame else None)
         for axis, shared in enumerate(self.shared):
             if has_frame and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
                 fronts = torch.from_numpy(shared.angles_rad)
-                return replace(found, shared_axis=axis, shared_fronts=fronts)
+                return replace(found, shared_axis=axis, shared_angles=fronts)
         return found
 
 
-def latents_of(model: Preset) -> tuple[Latent, ...]:
+def latents_of(model: ObservationModel) -> tuple[Latent, ...]:
     """Return the latents of a model: declared, of its likelihood, and the speaker's reliability."""
     declared = _declared(model)
     if not model.unreliable:
@@ -432,13 +436,13 @@ def latents_of(model: Preset) -> tuple[Latent, ...]:
     return (*declared, Latent(RELIABLE, (True, False), shares))
 
 
-def _declared(model: Preset) -> tuple[Latent, ...]:
+def _declared(model: ObservationModel) -> tuple[Latent, ...]:
     return (*model.latents, *getattr(model.likelihood, "latents", ()))
 
 
 def ground_description(
-    description: Description | Sequence[Description], city: CityMap, model: Preset
-) -> dict[str, tuple[RelationTerm, ...]]:
+    description: Description | Sequence[Description], city: CityMap, model: ObservationModel
+) -> dict[str, tuple[GroundedRelation, ...]]:
     """Return target -> its grounded relations, in the order of the description's targets.
 
     Parameters
@@ -457,7 +461,7 @@ def ground_description(
         When a ground is not on the map.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
-    grounded: dict[str, tuple[RelationTerm, ...]] = {}
+    grounded: dict[str, tuple[GroundedRelation, ...]] = {}
     counts: Counter[str] = Counter()
     for position, text in enumerate(texts):
         for target in text.targets:
@@ -475,7 +479,7 @@ def ground_description(
     return grounded
 
 
-def _count(relations: Sequence[RelationTerm]) -> int:
+def _count(relations: Sequence[GroundedRelation]) -> int:
     """Return the number of phrases that grounded relations make up."""
     each = {(one.description, one.index) for one in relations if one.each}
     return len(each) + sum(not one.each for one in relations)
@@ -489,7 +493,7 @@ def _is_ours(value: object) -> bool:
 
 
 def true_places(
-    truth: Mapping[str, tuple[float, float]] | None, targets: Sequence[str], model: Preset
+    truth: Mapping[str, tuple[float, float]] | None, targets: Sequence[str], model: ObservationModel
 ) -> tuple[tuple[float, float], ...] | None:
     """Return the true place of each target, for a model that is told them; else None.
 
@@ -510,9 +514,9 @@ def true_places(
 
 
 def program_data(
-    grounded: Mapping[str, tuple[RelationTerm, ...]],
+    grounded: Mapping[str, tuple[GroundedRelation, ...]],
     city: CityMap,
-    model: Preset,
+    model: ObservationModel,
     log_prior: Tensor | None = None,
     *,
     truths: Sequence[tuple[float, float]] | None = None,
@@ -573,7 +577,9 @@ def program_data(
     )
 
 
-def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[SharedFrame, ...]:
+def _shared_frames(
+    every: Sequence[GroundedRelation], model: ObservationModel
+) -> tuple[SharedFrame, ...]:
     """Return the frames that a model lets several phrases share.
 
     A frame is shared by all frame phrases about a ground, of any target; its prior is that of a
@@ -581,7 +587,7 @@ def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[Shared
     """
     if not model.shared_frames:
         return ()
-    framed = [relation for relation in every if model.front_prior(relation) is not None]
+    framed = [relation for relation in every if model.frame_prior_for(relation) is not None]
     counts = Counter(relation.ground for relation in framed)
     several = [ground for ground, count in counts.items() if count > 1]
     if len(several) > max(_SHARED_BINS):
@@ -593,18 +599,18 @@ def _shared_frames(every: Sequence[RelationTerm], model: Preset) -> tuple[Shared
     shared = []
     for ground in several:
         about = [relation for relation in framed if relation.ground == ground]
-        prior = model.front_prior(min(about, key=_by_class))
+        prior = model.frame_prior_for(min(about, key=_by_class))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
 
 
-def _by_class(relation: RelationTerm) -> tuple[bool, str]:
+def _by_class(relation: GroundedRelation) -> tuple[bool, str]:
     """Order frame phrases: front and behind, which mean the ground's own front, come first."""
     return relation.record.absolute, relation.relation
 
 
-def _check_shared(shared: Sequence[SharedFrame | Latent], model: Preset) -> None:
+def _check_shared(shared: Sequence[SharedFrame | Latent], model: ObservationModel) -> None:
     """Refuse more joint values of shared latents than can be enumerated, and to cut them."""
     joint = math.prod(len(latent.support) for latent in shared)
     if joint > MOST_SETTINGS:

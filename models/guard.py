@@ -13,6 +13,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.models.check import check_table
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
     ClosedFormMarginal,
@@ -21,7 +22,6 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
-from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.user_file import described, line_of
 
 __all__ = ["GuardedLikelihood", "guarded", "trusted"]
@@ -67,7 +67,7 @@ class GuardedLikelihood:
         """Return it with some parameters changed."""
         return replace(self, inner=with_values(self.inner, values))
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g.
 
         Raises
@@ -80,7 +80,11 @@ class GuardedLikelihood:
         return self._called("log_g", term, shape, lambda: self.inner.log_g(term, direction_rad))
 
     def _called(
-        self, method: str, term: RelationTerm, shape: tuple[int, ...], call: Callable[[], Tensor]
+        self,
+        method: str,
+        term: GroundedRelation,
+        shape: tuple[int, ...],
+        call: Callable[[], Tensor],
     ) -> Tensor:
         about = f"relation '{term.relation}' of {term.ground} (site 'holds', phrase {term.index})"
         try:
@@ -100,7 +104,7 @@ class GuardedMarginal(GuardedLikelihood):
 
     inner: ClosedFormMarginal  # type: ignore[assignment]
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame, shape (S,)."""
         shape = (term.n_cells,)
         return self._called(

@@ -9,28 +9,28 @@ from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.frames import FrameDistribution, FramePart, FramePrior
-from sloop_ppl.models.presets import Preset
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
+from sloop_ppl.models.presets import ObservationModel
 
-__all__ = ["FixedFronts", "intervene"]
+__all__ = ["GivenFrames", "intervene"]
 
 
 @dataclass(frozen=True)
-class FixedFronts:
+class GivenFrames:
     """A frame prior in which some grounds' fronts are set from outside."""
 
     otherwise: FramePrior
-    fronts_rad: tuple[tuple[str | None, float], ...]
+    frame_angles_rad: tuple[tuple[str | None, float], ...]
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return which way the ground faces: as it was set, else as was believed."""
-        for ground, front in self.fronts_rad:
+        for ground, angle in self.frame_angles_rad:
             if ground is None or ground == term.ground:
-                return FrameDistribution((FramePart(front, math.inf),))
+                return FrameDistribution((FramePart(angle, math.inf),))
         return self.otherwise(term)
 
 
-def intervene(model: Preset, do: Mapping[str, Any] | None) -> Preset:
+def intervene(model: ObservationModel, do: Mapping[str, Any] | None) -> ObservationModel:
     """Return a model with some latents set from outside.
 
     Parameters
@@ -57,15 +57,15 @@ def intervene(model: Preset, do: Mapping[str, Any] | None) -> Preset:
             chosen = tuple(part for part in model.components if part.name == value)
             model = replace(model, components=chosen)
         elif key == "frame":
-            fronts = value.items() if isinstance(value, Mapping) else [(None, value)]
-            fixed = tuple((ground, _front(front)) for ground, front in fronts)
-            model = replace(model, frame_prior=FixedFronts(model.frame_prior, fixed))
+            angles = value.items() if isinstance(value, Mapping) else [(None, value)]
+            fixed = tuple((ground, _angle(angle)) for ground, angle in angles)
+            model = replace(model, frame_prior=GivenFrames(model.frame_prior, fixed))
         else:
             raise UnknownName("intervention", str(key), ("frame", "component"))
     return model
 
 
-def _front(value: Any) -> float:
+def _angle(value: Any) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
         raise InputError(f"Front is {value!r}; expected a finite number of radians")
     return float(value)

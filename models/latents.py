@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, SloopError, UnknownName
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 
 __all__ = ["Latent", "Per"]
 
@@ -20,13 +20,13 @@ Per = Literal["speaker", "description", "relation", "ground"]
 """Of what there is one latent."""
 
 
-def _every_relation(relation: RelationTerm) -> bool:  # noqa: ARG001
+def _every_relation(relation: GroundedRelation) -> bool:  # noqa: ARG001
     return True
 
 
 @dataclass(frozen=True)
 class Latent:
-    """A discrete latent of a description, such as which of two landmarks of one name is meant.
+    """A discrete latent of a description, such as which landmark of a name is the referent.
 
     The program draws it at a site of its name and reads each relation that it concerns as it is
     meant under each of its values.
@@ -75,8 +75,8 @@ class Latent:
     name: str
     support: tuple[Any, ...]
     prior: tuple[float, ...]
-    concerns: Callable[[RelationTerm], bool] = _every_relation
-    given: Callable[[RelationTerm, Any], RelationTerm] | None = None
+    concerns: Callable[[GroundedRelation], bool] = _every_relation
+    given: Callable[[GroundedRelation, Any], GroundedRelation] | None = None
     per: Per = "speaker"
     key: str = ""
     """Name under which a likelihood finds the value, where it is not that of the site."""
@@ -122,7 +122,7 @@ class Latent:
         """Log prior of its values, shape (V,)."""
         return torch.tensor(self.prior, dtype=torch.float64).log()
 
-    def meant(self, relation: RelationTerm, value: Any) -> RelationTerm:
+    def apply(self, relation: GroundedRelation, value: Any) -> GroundedRelation:
         """Return a grounded relation as it is meant under a value.
 
         Raises
@@ -133,14 +133,14 @@ class Latent:
         if self.given is None:
             return relation.with_latent(self.key or self.name, value)
         found = self._asked("given", self.given, relation, value)
-        if not isinstance(found, RelationTerm):
+        if not isinstance(found, GroundedRelation):
             raise InputError(
                 f"`given` of latent '{self.name}' returned {found!r} for '{relation.relation} "
                 f"{relation.ground}'; expected a grounded relation: replace(relation, ...)"
             )
         return found
 
-    def is_about(self, relation: RelationTerm) -> bool:
+    def is_about(self, relation: GroundedRelation) -> bool:
         """Tell whether the meaning of a relation depends on the latent.
 
         Raises
@@ -163,7 +163,7 @@ class Latent:
                 f"{relation.ground}': {message}"
             ) from error
 
-    def each(self, relations: Sequence[tuple[str, int, RelationTerm]]) -> tuple[Latent, ...]:
+    def each(self, relations: Sequence[tuple[str, int, GroundedRelation]]) -> tuple[Latent, ...]:
         """Return the latents that there are of this one, each with the name of its site.
 
         Parameters
@@ -186,8 +186,8 @@ class Latent:
         return tuple(found.values())
 
     def _of(
-        self, target: str, j: int, relation: RelationTerm
-    ) -> tuple[str, Callable[[RelationTerm], bool]]:
+        self, target: str, j: int, relation: GroundedRelation
+    ) -> tuple[str, Callable[[GroundedRelation], bool]]:
         """Return the name of the one that a relation depends on, and what else depends on it."""
         if self.per == "description":
             which = relation.description
@@ -203,6 +203,8 @@ class Latent:
 
 
 def _both(
-    one: Callable[[RelationTerm], bool], other: Callable[[RelationTerm], bool], term: RelationTerm
+    one: Callable[[GroundedRelation], bool],
+    other: Callable[[GroundedRelation], bool],
+    term: GroundedRelation,
 ) -> bool:
     return one(term) and other(term)

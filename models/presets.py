@@ -9,14 +9,14 @@ from typing import Literal
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution, FramePrior, PredictedPoint
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.guard import guarded, trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
-from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
-__all__ = ["PRESETS", "VARIANTS", "Preset", "preset"]
+__all__ = ["PRESETS", "VARIANTS", "ObservationModel", "preset"]
 
 Normalisation = Literal["truth", "map", "speaker"]
 VARIANTS = ("published", "paper")
@@ -24,7 +24,7 @@ VARIANTS = ("published", "paper")
 
 
 @dataclass(frozen=True)
-class Preset:
+class ObservationModel:
     """A complete observation model.
 
     Parameters
@@ -128,7 +128,7 @@ class Preset:
         """Tell whether the model has to be told where the targets are."""
         return self.informed_sigma_m is not None
 
-    def front_prior(self, term: RelationTerm) -> FrameDistribution | None:
+    def frame_prior_for(self, term: GroundedRelation) -> FrameDistribution | None:
         """Return the prior of the front that a phrase depends on; None when it depends on none.
 
         Under ``"speaker"`` normalisation every phrase does, since the front decides what else
@@ -148,18 +148,18 @@ class Preset:
         return math.log(level[self.normalisation])
 
 
-PRESETS: Registry[Preset] = Registry("model")
+PRESETS: Registry[ObservationModel] = Registry("model")
 """Models by name; `preset` looks one up."""
 
 
-def preset(name: str | Preset, variant: str = "published") -> Preset:
+def preset(name: str | ObservationModel, variant: str = "published") -> ObservationModel:
     r"""Return the model of this name.
 
     Parameters
     ----------
     name
-        A name in `PRESETS`, or a Preset, which is returned as it is, except that what a likelihood
-        from outside this package returns is checked at every call.
+        A name in `PRESETS`, or an ObservationModel, which is returned as it is, except that what a
+        likelihood from outside this package returns is checked at every call.
     variant
         ``"published"`` for the authors' code; ``"paper"`` for the paper's text: \|u.v\|, directions
         from the nearest cell, at .05 and near .1, no cut. Only the ``sloop*`` models have the two.
@@ -169,21 +169,23 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
     UnknownName
         When there is no such model or variant.
     InputError
-        When it is neither a name nor a Preset, or has no such variant.
+        When it is neither a name nor an ObservationModel, or has no such variant.
 
     Examples
     --------
     >>> [c.name for c in preset("sloop-m4").components]
     ['product', 'no-frame', 'at', 'near']
     """
-    if isinstance(name, Preset):
+    if isinstance(name, ObservationModel):
         if variant != name.variant and variant != "published":
-            raise InputError(f"Model '{name.name}' is given as a Preset; leave the variant out")
+            raise InputError(
+                f"Model '{name.name}' is given as an ObservationModel; leave the variant out"
+            )
         return _guarded(name)
     if not isinstance(name, str):
         raise InputError(
-            f"Model is a {type(name).__name__}; expected a name of sloop_ppl.models.PRESETS or a "
-            "Preset; a likelihood goes into one: replace(preset('bayes'), likelihood=...)"
+            f"Model is a {type(name).__name__}; expected a name of sloop_ppl.models.PRESETS or an "
+            "ObservationModel; a likelihood goes into one: replace(preset('bayes'), likelihood=...)"
         )
     found = _guarded(PRESETS[name])
     if variant not in VARIANTS:
@@ -198,13 +200,13 @@ def preset(name: str | Preset, variant: str = "published") -> Preset:
     return _as_in_the_text(found)
 
 
-def _guarded(model: Preset) -> Preset:
+def _guarded(model: ObservationModel) -> ObservationModel:
     if trusted(model.likelihood):
         return model
     return replace(model, likelihood=guarded(model.likelihood))
 
 
-def _as_in_the_text(published: Preset) -> Preset:
+def _as_in_the_text(published: ObservationModel) -> ObservationModel:
     weights = {"at": 0.05, "near": 0.1} if len(published.components) == 4 else {}
     combine = {"at": "product", "near": "product"}
     components = tuple(
@@ -227,7 +229,7 @@ def _as_in_the_text(published: Preset) -> Preset:
 def _register(name: str, *components: Component, informed_sigma_m: float | None = None) -> None:
     PRESETS.add(
         name,
-        Preset(
+        ObservationModel(
             name=name,
             components=components,
             likelihood=LIKELIHOODS["gaussian-clipped"],

@@ -24,9 +24,10 @@ from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models._distributions import FrameDensity, LogBernoulli, categorical
 from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, log_blur, look_up
-from sloop_ppl.models._speaker import WordWeights, front_masses
+from sloop_ppl.models._speaker import WordWeights, frame_angle_masses
 from sloop_ppl.models.components import COMBINATIONS, cut_below_uniform
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation, word_options
 from sloop_ppl.models.grounding import (
     Phrase,
     ProgramData,
@@ -41,8 +42,7 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
-from sloop_ppl.models.presets import Preset, preset
-from sloop_ppl.models.terms import RelationTerm, word_options
+from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
@@ -61,7 +61,7 @@ _MOST_DIMS = 24
 
 
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
-    """Draw where targets are and how each phrase was meant; observe that what was said holds.
+    """Draw where targets are and how each phrase was meant; observe that the description holds.
 
     For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
     lapse l_j ~ Bernoulli(lambda), frame psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) +
@@ -85,13 +85,14 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             else:
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
                 name = f"{target}/frame_{j}"
-                fronts, which = draw_front(name, phrase, [*shared, *own], frames, bins)
+                angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
                 log_g = phrase.over_meanings(
-                    lambda meant, front: likelihood.log_g(meant, meant.directions(front)), fronts
+                    lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
+                    angles,
                 )
                 if model.normalisation == "speaker":  # P(word) among what could have been said
                     log_g = log_g - phrase.over_meanings(
-                        lambda meant, front: log_vocabulary(likelihood, meant, front), fronts
+                        lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
                     )
                 log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
                 log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
@@ -164,16 +165,16 @@ def draw_number(name: str, prior: Any) -> Tensor:
     return drawn.reshape(())
 
 
-class Front(NamedTuple):
+class FrameAngles(NamedTuple):
     """The fronts of a phrase's ground, one row for each of its meanings, and which was drawn."""
 
     angles: Sequence[Any]
     which: Tensor
 
 
-def draw_front(
+def draw_frame_angle(
     name: str, phrase: Phrase, latents: list[Tensor], frames: Frames, bins: int
-) -> Front:
+) -> FrameAngles:
     """Draw the front that a phrase depends on at a site of this name, if it depends on one.
 
     Parameters
@@ -197,9 +198,9 @@ def draw_front(
     """
     nothing = torch.tensor(0)
     if phrase.frames is None:
-        return Front([None] * len(phrase.meant), nothing)
-    if phrase.shared_fronts is not None:
-        return Front([phrase.shared_fronts] * len(phrase.meant), nothing)
+        return FrameAngles([None] * len(phrase.meanings), nothing)
+    if phrase.shared_angles is not None:
+        return FrameAngles([phrase.shared_angles] * len(phrase.meanings), nothing)
     spread = [frame for frame in phrase.frames if frame is not None and not frame.is_point]
     if frames == "bins" or not spread:
         angles, log_mass = phrase.bins(bins)
@@ -208,7 +209,7 @@ def draw_front(
         masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
         index = pyro.sample(name, categorical(masses))
         pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
-        return Front(list(angles.reshape(len(phrase.meant), -1)), index)
+        return FrameAngles(list(angles.reshape(len(phrase.meanings), -1)), index)
     if len(set(phrase.frames)) > 1 or phrase.frames[0] is None:
         raise InputError(
             f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' depends on "
@@ -216,7 +217,7 @@ def draw_front(
         )
     angle = pyro.sample(name, FrameDensity(phrase.frames[0]))
     index = torch.arange(angle.numel()).reshape(angle.shape)
-    return Front([angle.reshape(-1)] * len(phrase.meant), index)
+    return FrameAngles([angle.reshape(-1)] * len(phrase.meanings), index)
 
 
 class SummedPhrase(NamedTuple):
@@ -242,7 +243,7 @@ class SummedPhrase(NamedTuple):
 
 
 def summed_phrase(
-    data: ProgramData, likelihood: RelationLikelihood, relation: RelationTerm
+    data: ProgramData, likelihood: RelationLikelihood, relation: GroundedRelation
 ) -> SummedPhrase:
     """Return a phrase with frame, lapse and the latents of its own summed out; made once.
 
@@ -257,7 +258,7 @@ def summed_phrase(
         kept: SummedPhrase = data.tables[key]
         return kept._replace(phrase=phrase)
     log_g = phrase.over_meanings(
-        lambda meant, frame: log_expected(data, likelihood, meant, frame), phrase.frames
+        lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
     )
     log_peak = log_greatest(data, likelihood, phrase) if relation.negated else log_g.new_zeros(1)
     log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
@@ -265,14 +266,14 @@ def summed_phrase(
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
     log_p = phrase.if_reliable(log_g - log_z, data.log_uninformative)
-    fronts = phrase.shared_fronts
-    if fronts is not None:
+    angles = phrase.shared_angles
+    if angles is not None:
         given = phrase.over_meanings(
-            lambda meant, _: likelihood.log_g(meant, meant.directions(fronts))
+            lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
         )
         if model.normalisation == "speaker":
             given = given - phrase.over_meanings(
-                lambda meant, _: log_vocabulary(likelihood, meant, fronts)
+                lambda meaning, _: log_vocabulary(likelihood, meaning, angles)
             )
         log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
         log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
@@ -288,21 +289,21 @@ def summed_phrase(
 def log_expected(
     data: ProgramData,
     likelihood: RelationLikelihood,
-    meant: RelationTerm,
+    meaning: GroundedRelation,
     frame: FrameDistribution | None,
 ) -> Tensor:
     """Return log E_psi[g], or of the word's probability, over the frame's prior, shape (1, S)."""
     if frame is None:
-        return likelihood.log_g(meant, meant.directions(None)).reshape(1, -1)
+        return likelihood.log_g(meaning, meaning.directions(None)).reshape(1, -1)
     if data.model.normalisation == "speaker":
-        fronts, log_mass = front_masses(frame, _SPEAKER_BINS)
-        log_p = likelihood.log_g(meant, meant.directions(fronts))
-        log_p = log_p - log_vocabulary(likelihood, meant, fronts)
+        angles, log_mass = frame_angle_masses(frame, _SPEAKER_BINS)
+        log_p = likelihood.log_g(meaning, meaning.directions(angles))
+        log_p = log_p - log_vocabulary(likelihood, meaning, angles)
         return torch.logsumexp(log_p + log_mass, 0, keepdim=True)
     if isinstance(likelihood, ClosedFormMarginal):
-        return likelihood.log_marginal(meant, frame)[None]
+        return likelihood.log_marginal(meaning, frame)[None]
     log_mean: Tensor = marginal_over(
-        frame, meant.offset_rad, lambda angles: likelihood.log_g(meant, angles)
+        frame, meaning.offset_rad, lambda directions: likelihood.log_g(meaning, directions)
     )
     return log_mean[None]
 
@@ -334,7 +335,7 @@ def component_tables(
         as the sites ``holds`` have it: phrases of a model that cuts end `_DEEP` below their peak.
     """
 
-    def phrase(relation: RelationTerm) -> Tensor:
+    def phrase(relation: GroundedRelation) -> Tensor:
         return summed_phrase(data, likelihood, relation).log_phi
 
     nothing = torch.zeros((1,) * (len(data.shared) + 1), dtype=torch.float64)
@@ -377,8 +378,8 @@ def log_informed(data: ProgramData, i: int) -> Tensor:
 
 def word_weights(
     likelihood: RelationLikelihood,
-    options: Sequence[RelationTerm],
-    fronts_rad: Tensor | NDArray[np.float64],
+    options: Sequence[GroundedRelation],
+    frame_angles_rad: Tensor | NDArray[np.float64],
 ) -> WordWeights:
     """Return how true each of some words is for each front, at every cell of the relations.
 
@@ -387,29 +388,29 @@ def word_weights(
     likelihood
         How true a relation is of each cell.
     options
-        What could have been said; see `sloop_ppl.models.terms.word_options`.
-    fronts_rad
+        What could have been said; see `sloop_ppl.models.grounded_relation.word_options`.
+    frame_angles_rad
         Directions the ground may face, radians, shape (B,).
 
     Notes
     -----
     P(word | front, cell) is the softmax of log g over words: a speaker prefers what is truest.
     """
-    fronts = torch.as_tensor(fronts_rad)
-    tables = [likelihood.log_g(option, option.directions(fronts)) for option in options]
+    angles = torch.as_tensor(frame_angles_rad)
+    tables = [likelihood.log_g(option, option.directions(angles)) for option in options]
     needs = [option.needs_frame for option in options]
     plain = [t.reshape(-1, t.shape[-1])[0] for t, n in zip(tables, needs, strict=True) if not n]
     framed = [t for t, n in zip(tables, needs, strict=True) if n]
-    return WordWeights.of(needs, plain, framed, len(fronts))
+    return WordWeights.of(needs, plain, framed, len(angles))
 
 
 def log_words(
-    options: Sequence[RelationTerm],
-    model: Preset,
+    options: Sequence[GroundedRelation],
+    model: ObservationModel,
     words: NDArray[np.intp],
     denied: NDArray[np.bool_],
     *,
-    fronts: int = 72,
+    n_angles: int = 72,
 ) -> Tensor:
     """Return the log probability of one phrase about each cell of a ground, shape (S,).
 
@@ -417,7 +418,7 @@ def log_words(
     ----------
     options
         All that could have been said of the ground, as terms of S cells; see
-        :func:`sloop_ppl.models.terms.word_options`.
+        :func:`sloop_ppl.models.grounded_relation.word_options`.
     model
         A model with ``"speaker"`` normalisation; its lapse is left out. Numbers of its likelihood
         and the concentration of its frames may be tensors of shape (S,).
@@ -425,7 +426,7 @@ def log_words(
         Index among the options of the word said of each cell, shape (S,).
     denied
         Whether it was denied, shape (S,).
-    fronts
+    n_angles
         Angles that stand for the frame, which is summed out: 72 are exact to rounding for a smooth
         likelihood and to some .005 in the log for one with a kink.
 
@@ -434,7 +435,7 @@ def log_words(
     The phrase factor at many known cells at once, which is what learning from them takes.
     """
     front = options[speaker_words().index("front")]
-    angles, log_mass = front_masses(model.frame_prior(front), fronts)
+    angles, log_mass = frame_angle_masses(model.frame_prior(front), n_angles)
     log_p = word_weights(model.likelihood, options, angles).log_chances(words)
     if denied.any():
         other = log1mexp(log_p).clamp_min(LEAST_LOG)
@@ -443,28 +444,30 @@ def log_words(
 
 
 def log_vocabulary(
-    likelihood: RelationLikelihood, relation: RelationTerm, fronts_rad: Tensor
+    likelihood: RelationLikelihood, relation: GroundedRelation, frame_angles_rad: Tensor
 ) -> Tensor:
     """Return the log of the sum of g over all that could have been said instead, shape (B, S)."""
     options, _ = word_options(relation)
-    return word_weights(likelihood, options, fronts_rad).log_total
+    return word_weights(likelihood, options, frame_angles_rad).log_total
 
 
 def log_greatest(data: ProgramData, likelihood: RelationLikelihood, phrase: Phrase) -> Tensor:
     """Return the log of the greatest g over cells and fronts, shape (V..., U..., 1, 1)."""
     if data.model.normalisation != "map":
         return torch.zeros(1, dtype=torch.float64)
-    fronts = None
+    angles = None
     if phrase.frames is not None:
-        turns = torch.arange(_PEAK_FRONTS, dtype=torch.float64)
-        fronts = turns * (2 * math.pi / _PEAK_FRONTS)
+        turns = torch.arange(_PEAK_ANGLES, dtype=torch.float64)
+        angles = turns * (2 * math.pi / _PEAK_ANGLES)
     tables = phrase.over_meanings(
-        lambda meant, _: likelihood.log_g(meant, meant.directions(fronts))
+        lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
     )
     return tables.amax((-2, -1), keepdim=True)
 
 
-def log_held(log_g: Tensor, relation: RelationTerm, model: Preset, log_peak: Tensor) -> Tensor:
+def log_held(
+    log_g: Tensor, relation: GroundedRelation, model: ObservationModel, log_peak: Tensor
+) -> Tensor:
     """Return the log of what holds: g, or of a denied relation 1 - denial g / max g.
 
     Observing 0 of a factor that is divided by its sum over the map would tell next to nothing;
@@ -479,10 +482,10 @@ def log_held(log_g: Tensor, relation: RelationTerm, model: Preset, log_peak: Ten
     return log1mexp(log_g.clamp_max(0.0)).clamp_min(LEAST_LOG)
 
 
-_PEAK_FRONTS = 72
+_PEAK_ANGLES = 72
 
 
-def with_lapse(log_p: Tensor, model: Preset, log_uninformative: float) -> Tensor:
+def with_lapse(log_p: Tensor, model: ObservationModel, log_uninformative: float) -> Tensor:
     """Return log[(1 - lapse) p + lapse u], a phrase that may say nothing."""
     if not model.lapse:
         return log_p
@@ -535,7 +538,7 @@ class Program:
 def build(
     description: Description,
     city: CityMap,
-    model: str | Preset = "bayes",
+    model: str | ObservationModel = "bayes",
     *,
     frames: Frames = "bins",
     log_prior: Tensor | None = None,
@@ -552,7 +555,7 @@ def build(
     city
         The map.
     model
-        A model's name, or a Preset.
+        A model's name, or an ObservationModel.
     frames
         ``"bins"``: each frame is a Categorical over angle bins, its angle a deterministic site.
         ``"density"``: a continuous angle with the same prior, for NUTS and guides. ``"summed"``:
@@ -686,8 +689,8 @@ def check_size(data: ProgramData, bins: int) -> None:
     for relations in data.relations:
         for relation in relations:
             phrase = data.phrase(relation)
-            fronts = 1 if phrase.frames is None else bins
-            shape = (len(data.model.components), *phrase.sizes, fronts, data.n_cells)
+            n_angles = 1 if phrase.frames is None else bins
+            shape = (len(data.model.components), *phrase.sizes, n_angles, data.n_cells)
             if math.prod(shape) > _MOST_NUMBERS:
                 raise InputError(
                     f"The program of this description would need tables of {shape} numbers; use "

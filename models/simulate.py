@@ -14,22 +14,25 @@ from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, Ta
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import PredictedSpread
+from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations, word_options
 from sloop_ppl.models.grounding import latents_of
 from sloop_ppl.models.likelihoods import LIKELIHOODS
-from sloop_ppl.models.presets import Preset, preset
+from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.models.program import word_weights
-from sloop_ppl.models.terms import RelationTerm, ground_relations, word_options
 from sloop_ppl.models.vocabulary import in_english, speakable_grounds, speaker_words
 
-__all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_mute"]
+__all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_not_generative"]
 
-_FRONTS = 360
+_ANGLES = 360
 _TOGETHER = 128
 """Phrases weighed together: each front is tried with each cell, though but one is wanted."""
 
-SPEAKER = Preset(
+SPEAKER = ObservationModel(
     name="speaker",
-    components=(Component("literal", 0.85), Component("careless", 0.15, combine="idle")),
+    components=(
+        Component("literal", 0.85),
+        Component("uninformative", 0.15, combine="uninformative"),
+    ),
     likelihood=LIKELIHOODS["student-vonmises"],
     frame_prior=PredictedSpread(absolute=0.0),
     normalisation="speaker",
@@ -38,17 +41,17 @@ SPEAKER = Preset(
 """A speaker whose every choice has a probability: means what is said, or chooses carelessly."""
 
 
-def speaker_of(model: str | Preset) -> Preset:
+def speaker_of(model: str | ObservationModel) -> ObservationModel:
     """Return a model as a speaker: each phrase a choice among what could have been said.
 
     Parameters
     ----------
     model
-        A model's name, or a Preset; one that speaks is returned as it is.
+        A model's name, or an ObservationModel; one that speaks is returned as it is.
 
     Returns
     -------
-    Preset
+    ObservationModel
         With ``speaker`` normalisation, neither tempered nor blurred, frames not shared. Components
         that are plain products of all phrases keep their weight; what the others have goes to words
         chosen carelessly. It runs forward (`simulate`), and its evidence is a probability of what
@@ -73,7 +76,7 @@ def speaker_of(model: str | Preset) -> Preset:
     'speaker'
     """
     chosen = preset(model)
-    if why_mute(chosen) is None:
+    if why_not_generative(chosen) is None:
         return chosen
     if latents_of(chosen):
         raise InputError(
@@ -86,10 +89,10 @@ def speaker_of(model: str | Preset) -> Preset:
             f"Model '{chosen.name}' has no component that is a plain product of phrases, so it "
             "cannot speak; expected one such as bayes or sloop"
         )
-    careless = sum(p.weight for p in chosen.components) - literal
+    uninformative = sum(p.weight for p in chosen.components) - literal
     parts = [Component("literal", literal)]
-    if careless > 0:
-        parts.append(Component("careless", careless, combine="idle"))
+    if uninformative > 0:
+        parts.append(Component("uninformative", uninformative, combine="uninformative"))
     return replace(
         chosen,
         name=f"{chosen.name}, speaking",
@@ -115,7 +118,7 @@ class Latents:
         Row (row 0 in the south) and column.
     component
         Name of the speaker's component.
-    fronts_rad
+    frame_angles_rad
         Per phrase, the front its ground had for the speaker.
     lapses
         Per phrase, whether it was a slip.
@@ -124,7 +127,7 @@ class Latents:
     place_m: tuple[float, float]
     cell: tuple[int, int]
     component: str
-    fronts_rad: tuple[float, ...]
+    frame_angles_rad: tuple[float, ...]
     lapses: tuple[bool, ...]
 
 
@@ -149,7 +152,7 @@ def simulate(
     targets: Sequence[str | TargetObject],
     rng: np.random.Generator,
     *,
-    model: str | Preset = SPEAKER,
+    model: str | ObservationModel = SPEAKER,
     phrases: int | tuple[int, int] = (1, 3),
     grounds: Sequence[str] | None = None,
     prior: NDArray[np.float64] | None = None,
@@ -165,7 +168,7 @@ def simulate(
     rng
         Where everything is drawn from.
     model
-        A model's name, or a Preset, as a speaker; see `speaker_of`.
+        A model's name, or an ObservationModel, as a speaker; see `speaker_of`.
     phrases
         How many phrases a target gets: a number, or the least and the most, as likely each.
     grounds
@@ -235,18 +238,18 @@ def simulate(
 class _Ground:
     """A ground that may be spoken of, and the fronts it may have."""
 
-    term: RelationTerm
-    fronts_rad: NDArray[np.float64]
+    term: GroundedRelation
+    frame_angles_rad: NDArray[np.float64]
     mass: NDArray[np.float64]
 
     @classmethod
-    def of(cls, ground: str, city: CityMap, model: Preset) -> _Ground:
+    def of(cls, ground: str, city: CityMap, model: ObservationModel) -> _Ground:
         about = SpatialRelation("", "front", (ground,))
         (term,) = ground_relations((about,), city, joint=model.joint_grounds)
-        believed = model.front_prior(term)
+        believed = model.frame_prior_for(term)
         if believed is None:  # not under "speaker" normalisation
             return cls(term, np.zeros(1), np.ones(1))
-        angles, mass = believed.bins(_FRONTS)
+        angles, mass = believed.bins(_ANGLES)
         return cls(term, angles, mass / mass.sum())
 
 
@@ -256,9 +259,9 @@ class _Phrase:
 
     about: _Ground
     cell: int
-    front: float
-    slipped: bool
-    idle: bool
+    frame_angle: float
+    lapsed: bool
+    is_uninformative: bool
     level: float
 
 
@@ -271,14 +274,14 @@ class _Drawn:
     def latents(self, city: CityMap) -> Latents:
         row, col = divmod(self.cell, city.grid.n_cols)
         place = (float(city.grid.x_m[col]), float(city.grid.y_m[row]))
-        fronts = tuple(phrase.front for phrase in self.phrases)
-        slips = tuple(phrase.slipped for phrase in self.phrases)
-        return Latents(place, (row, col), self.component, fronts, slips)
+        angles = tuple(phrase.frame_angle for phrase in self.phrases)
+        lapses = tuple(phrase.lapsed for phrase in self.phrases)
+        return Latents(place, (row, col), self.component, angles, lapses)
 
 
 def _draw(
     grounds: Sequence[_Ground],
-    model: Preset,
+    model: ObservationModel,
     weights: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> _Drawn:
@@ -288,21 +291,23 @@ def _draw(
     cell = int(rng.choice(len(weights), p=weights / weights.sum()))
     phrases = []
     for about in grounds:
-        front = float(rng.choice(about.fronts_rad, p=about.mass))
-        slipped = bool(rng.random() < model.lapse)
-        idle = slipped or component.combine == "idle"
-        phrases.append(_Phrase(about, cell, front, slipped, idle, float(rng.random())))
+        frame_angle = float(rng.choice(about.frame_angles_rad, p=about.mass))
+        lapsed = bool(rng.random() < model.lapse)
+        is_uninformative = lapsed or component.combine == "uninformative"
+        phrases.append(
+            _Phrase(about, cell, frame_angle, lapsed, is_uninformative, float(rng.random()))
+        )
     return _Drawn(component.name, cell, tuple(phrases))
 
 
-def _choose_words(phrases: Sequence[_Phrase], model: Preset) -> Iterator[str]:
+def _choose_words(phrases: Sequence[_Phrase], model: ObservationModel) -> Iterator[str]:
     """Yield the word of each phrase, those about one ground weighed together."""
     chances = np.full((len(phrases), len(speaker_words())), 1 / len(speaker_words()))
-    meant: dict[str, list[int]] = {}
+    by_ground: dict[str, list[int]] = {}
     for i, phrase in enumerate(phrases):
-        if not phrase.idle:
-            meant.setdefault(phrase.about.term.ground, []).append(i)
-    for whole in meant.values():
+        if not phrase.is_uninformative:
+            by_ground.setdefault(phrase.about.term.ground, []).append(i)
+    for whole in by_ground.values():
         for start in range(0, len(whole), _TOGETHER):
             some = whole[start : start + _TOGETHER]
             chances[some] = _word_chances([phrases[i] for i in some], model)
@@ -311,19 +316,19 @@ def _choose_words(phrases: Sequence[_Phrase], model: Preset) -> Iterator[str]:
         yield speaker_words()[int(np.searchsorted(end, phrase.level, side="right"))]
 
 
-def _word_chances(phrases: Sequence[_Phrase], model: Preset) -> NDArray[np.float64]:
+def _word_chances(phrases: Sequence[_Phrase], model: ObservationModel) -> NDArray[np.float64]:
     """Return the probability of each word for each phrase about one ground, shape (P, V)."""
     term = phrases[0].about.term.at(np.array([phrase.cell for phrase in phrases]))
     options, _ = word_options(term)
     with torch.no_grad():
-        fronts = np.array([phrase.front for phrase in phrases])
-        weighed = word_weights(model.likelihood, options, fronts)
+        angles = np.array([phrase.frame_angle for phrase in phrases])
+        weighed = word_weights(model.likelihood, options, angles)
         each = [weighed.log_chance(word).diagonal() for word in range(len(options))]
     chances: NDArray[np.float64] = torch.stack(each, 1).exp().numpy()
     return chances
 
 
-def why_mute(model: Preset) -> str | None:
+def why_not_generative(model: ObservationModel) -> str | None:
     """Return why a model gives what is said no probability; None for one that can speak."""
     if model.normalisation != "speaker":
         return (
@@ -332,10 +337,10 @@ def why_mute(model: Preset) -> str | None:
         )
     for part in model.components:
         literal = part.combine == "product" and part.read_as is None and part.keep_frames
-        if not (literal or part.combine == "idle") or part.cut:
+        if not (literal or part.combine == "uninformative") or part.cut:
             return (
                 f"Component '{part.name}' of model '{model.name}' gives words no probability; "
-                "expected plain products and combine='idle'"
+                "expected plain products and combine='uninformative'"
             )
     if latents_of(model):
         return f"Model '{model.name}' declares latents, which a simulated speaker does not draw"

@@ -12,7 +12,7 @@ from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.likelihoods import with_values
-from sloop_ppl.models.presets import Preset
+from sloop_ppl.models.presets import ObservationModel
 
 __all__ = ["load_parameters", "with_parameters"]
 
@@ -56,7 +56,9 @@ def load_parameters(path: str | Path) -> dict[str, dict[str, Any]]:
     return {name: dict(section) for name, section in payload.items()}
 
 
-def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> Preset:
+def with_parameters(
+    model: ObservationModel, values: Mapping[str, Mapping[str, Any]]
+) -> ObservationModel:
     """Return a model with some of its numbers changed.
 
     Parameters
@@ -90,11 +92,11 @@ def with_parameters(model: Preset, values: Mapping[str, Mapping[str, Any]]) -> P
     return model
 
 
-def _likelihood(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+def _likelihood(model: ObservationModel, numbers: Mapping[str, Any]) -> ObservationModel:
     return replace(model, likelihood=with_values(model.likelihood, numbers))
 
 
-def _model(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+def _model(model: ObservationModel, numbers: Mapping[str, Any]) -> ObservationModel:
     changed: dict[str, Any] = {}
     for name, value in numbers.items():
         if name in _MODEL_SWITCHES:
@@ -108,7 +110,7 @@ def _model(model: Preset, numbers: Mapping[str, Any]) -> Preset:
     return replace(model, **changed)
 
 
-def _frames(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+def _frames(model: ObservationModel, numbers: Mapping[str, Any]) -> ObservationModel:
     prior: Any = model.frame_prior
     known: list[str] = []
     if is_dataclass(prior):
@@ -136,7 +138,7 @@ def _range_of(name: str) -> tuple[Callable[[float], bool], str]:
     return lambda number: number > 0, "more than 0"
 
 
-def _weights(model: Preset, numbers: Mapping[str, Any]) -> Preset:
+def _weights(model: ObservationModel, numbers: Mapping[str, Any]) -> ObservationModel:
     known = [part.name for part in model.components]
     for name in numbers:
         if name not in known:
@@ -158,7 +160,7 @@ def _number(name: str, value: Any) -> float:
     return float(value)
 
 
-_SECTIONS: dict[str, Callable[[Preset, Mapping[str, Any]], Preset]] = {
+_SECTIONS: dict[str, Callable[[ObservationModel, Mapping[str, Any]], ObservationModel]] = {
     "likelihood": _likelihood,
     "model": _model,
     "frames": _frames,

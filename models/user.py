@@ -10,15 +10,15 @@ from typing import Any
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.guard import guarded
-from sloop_ppl.models.presets import Preset, preset
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.user_file import failing, is_function, needed_arguments, open_user_file
 
 __all__ = ["FunctionLikelihood", "load_model"]
 
 _WANTED = (
-    "a Preset, a likelihood with a method log_g(term, direction_rad), or a function "
+    "an ObservationModel, a likelihood with a method log_g(term, direction_rad), or a function "
     "log_g(term, direction_rad)"
 )
 
@@ -33,22 +33,22 @@ class FunctionLikelihood:
         Takes a term and directions in radians, or None, and returns log g.
     """
 
-    function: Callable[[RelationTerm, Tensor | None], Tensor]
+    function: Callable[[GroundedRelation, Tensor | None], Tensor]
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return what the function gives."""
         return self.function(term, direction_rad)
 
 
-def load_model(spec: str, base: str = "bayes") -> Preset:
+def load_model(spec: str, base: str = "bayes") -> ObservationModel:
     """Return the model that a Python file holds.
 
     Parameters
     ----------
     spec
-        ``FILE.py:NAME``. NAME is a Preset; or a likelihood (an object or class with ``log_g``, or a
-        function of a term and directions); or a function without arguments that returns one of
-        these.
+        ``FILE.py:NAME``. NAME is an ObservationModel; or a likelihood (an object or class with
+        ``log_g``, or a function of a term and directions); or a function without arguments that
+        returns one of these.
     base
         The model whose likelihood a likelihood takes the place of.
 
@@ -78,7 +78,7 @@ def load_model(spec: str, base: str = "bayes") -> Preset:
         if inspect.isclass(found) or (is_function(found) and not needed_arguments(found)):
             found = found()
     place = f"{path.resolve()}:{file.name}"
-    if isinstance(found, Preset):
+    if isinstance(found, ObservationModel):
         kept = guarded(found.likelihood, label, path, place)
         return replace(found, name=label, likelihood=kept)
     if callable(getattr(found, "log_g", None)):
@@ -95,4 +95,4 @@ def _is_candidate(value: Any) -> bool:
         if hasattr(value, "log_g"):
             return True
         return is_function(value) and len(needed_arguments(value)) in (0, 2)
-    return isinstance(value, Preset) or callable(getattr(value, "log_g", None))
+    return isinstance(value, ObservationModel) or callable(getattr(value, "log_g", None))

@@ -32,7 +32,7 @@ def speaker_words() -> tuple[str, ...]:
 
 @lru_cache(maxsize=8)
 def _speaker_words(changes: int) -> tuple[str, ...]:  # noqa: ARG001
-    return tuple(sorted((word for word, r in RELATIONS.items() if r.spoken), key=_turn))
+    return tuple(sorted((word for word, r in RELATIONS.items() if r.speakable), key=_turn))
 
 
 def _turn(word: str) -> tuple[int, float]:

@@ -4,13 +4,13 @@ from sloop_ppl.models import (
     FRAME_PREDICTORS,
     Component,
     GaussianLikelihood,
+    ObservationModel,
     PredictedSpread,
-    Preset,
 )
 
 __all__ = ["MIXTURE"]
 
-MIXTURE = Preset(
+MIXTURE = ObservationModel(
     name="mixture",
     components=(
         Component("product", 0.6),

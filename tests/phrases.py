@@ -6,7 +6,7 @@ from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.models import program_data
 from sloop_ppl.models.program import summed_phrase
 
-__all__ = ["log_phrase", "log_phrase_given_front"]
+__all__ = ["log_phrase", "log_phrase_given_frame"]
 
 
 def data_of(term, city, model):
@@ -20,7 +20,9 @@ def log_phrase(term, city, model):
     return table
 
 
-def log_phrase_given_front(term, city, model, fronts_rad):
+def log_phrase_given_frame(term, city, model, frame_angles_rad):
     """Return the same for each of B fronts of the ground, shape (B, S)."""
     tables = PhraseTables(data_of(term, city, model), term)
-    return tables.log_phi_given_frame(fronts_rad).expand(len(fronts_rad), city.grid.size)
+    return tables.log_phi_given_frame(frame_angles_rad).expand(
+        len(frame_angles_rad), city.grid.size
+    )

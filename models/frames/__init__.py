@@ -16,7 +16,7 @@ from sloop_ppl.models.frames.learned import (
     LearnedFrames,
     frame_predictor,
     padded_choices,
-    predict_fronts,
+    predict_frames,
     shipped_weights,
 )
 from sloop_ppl.models.frames.predictor import (
@@ -25,15 +25,15 @@ from sloop_ppl.models.frames.predictor import (
     FramePredictor,
     NearestStreet,
     RandomFront,
-    plain_front,
+    unpredicted_frame,
 )
 from sloop_ppl.models.frames.prior import (
     FRAME_PRIORS,
-    FixedFront,
+    FixedFrame,
     FramePrior,
     PredictedPoint,
     PredictedSpread,
-    UniformFront,
+    UniformFrame,
 )
 
 __all__ = [
@@ -41,7 +41,7 @@ __all__ = [
     "FRAME_PRIORS",
     "VIEWS",
     "AddressFront",
-    "FixedFront",
+    "FixedFrame",
     "FrameDistribution",
     "FrameNetwork",
     "FramePart",
@@ -55,7 +55,7 @@ __all__ = [
     "PredictedSpread",
     "RandomFront",
     "TrainedFrames",
-    "UniformFront",
+    "UniformFrame",
     "choices_of",
     "context_image",
     "context_planes",
@@ -64,8 +64,8 @@ __all__ = [
     "log_density",
     "padded_choices",
     "pictures_of",
-    "plain_front",
-    "predict_fronts",
+    "predict_frames",
     "save_weights",
     "shipped_weights",
+    "unpredicted_frame",
 ]

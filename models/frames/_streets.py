@@ -57,7 +57,7 @@ class _Ways:
     tree: shapely.STRtree
     number: dict[str, int]
     street: NDArray[np.int_]
-    told: NDArray[np.float32]
+    rows: NDArray[np.float32]
     named: NDArray[np.bool_]
 
 
@@ -128,7 +128,7 @@ def choices_of(city: CityMap, landmark_ids: Sequence[str]) -> list[Choices]:
         np.minimum(shapely.distance(own[who], ways.geometry[way]) / 40, 3),
         np.minimum(distance / np.maximum(distance[first], 1.0) - 1, 4) / 2,
         np.log(np.maximum(distance, 1)) / 4,
-        ways.told[way],
+        ways.rows[way],
         _seen(city, houses, landmark_ids, who, sight),
         *_Walls.of(own).seen_from(who, bearing),
         _share(houses, landmark_ids, centre, who, ways.street[way]),

@@ -13,9 +13,9 @@ from scipy.special import ive
 
 from sloop_ppl.errors import InputError
 
-__all__ = ["ABSOLUTE_FRONT_RAD", "FrameDistribution", "FramePart"]
+__all__ = ["ABSOLUTE_ANGLE_RAD", "FrameDistribution", "FramePart"]
 
-ABSOLUTE_FRONT_RAD = math.pi / 2
+ABSOLUTE_ANGLE_RAD = math.pi / 2
 """The front that makes left and right those of the map: facing north, right is east."""
 
 

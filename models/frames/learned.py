@@ -20,14 +20,14 @@ from sloop_ppl.models.frames._network import DIRECTIONS, TrainedFrames, load_wei
 from sloop_ppl.models.frames._pictures import pictures_of
 from sloop_ppl.models.frames._streets import FEATURES, Choices, choices_of
 from sloop_ppl.models.frames.distribution import FrameDistribution, FramePart
-from sloop_ppl.models.frames.predictor import FRAME_PREDICTORS, FramePredictor, plain_front
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.frames.predictor import FRAME_PREDICTORS, FramePredictor, unpredicted_frame
+from sloop_ppl.models.grounded_relation import GroundedRelation
 
 __all__ = [
     "LearnedFrames",
     "frame_predictor",
     "padded_choices",
-    "predict_fronts",
+    "predict_frames",
     "shipped_weights",
 ]
 
@@ -62,9 +62,9 @@ class LearnedFrames:
 
     weights: Path
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the distribution of the ground's front, the same for all words."""
-        plain = plain_front(term)
+        plain = unpredicted_frame(term)
         return plain if plain is not None else self.predict(term.city, [term.ground])[0]
 
     def predict(self, city: CityMap, landmarks: Sequence[str]) -> list[FrameDistribution]:
@@ -80,7 +80,7 @@ class LearnedFrames:
         known: dict[str, FrameDistribution] = city.derived(f"fronts by {self.weights}", dict)
         missing = [i for i in dict.fromkeys(landmarks) if i not in known]
         if missing:
-            made = predict_fronts(_loaded(self.weights), city, missing)
+            made = predict_frames(_loaded(self.weights), city, missing)
             known.update(zip(missing, made, strict=True))
         return [known[i] for i in landmarks]
 
@@ -107,7 +107,7 @@ def _loaded(path: Path) -> TrainedFrames:
     return load_weights(path)
 
 
-def predict_fronts(
+def predict_frames(
     trained: TrainedFrames, city: CityMap, landmarks: Sequence[str]
 ) -> list[FrameDistribution]:
     """Return which way each landmark faces.

@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from sloop_ppl.models.frames.distribution import (
-    ABSOLUTE_FRONT_RAD,
+    ABSOLUTE_ANGLE_RAD,
     FrameDistribution,
     FramePart,
 )
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.registry import Registry
 from sloop_ppl.rng import child
 
@@ -24,14 +24,14 @@ __all__ = [
     "FramePredictor",
     "NearestStreet",
     "RandomFront",
-    "plain_front",
+    "unpredicted_frame",
 ]
 
 
 class FramePredictor(Protocol):
     """Anything that tells which way a ground faces, and how sure that is."""
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the distribution of the ground's front; uniform when nothing is known."""
 
 
@@ -44,23 +44,23 @@ class NearestStreet:
     Source: heuristic of the baselines; the paper trains networks on annotations (sec. IV-C).
     """
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return one point for a building, two for a street, uniform on a map without streets."""
-        plain = plain_front(term)
+        plain = unpredicted_frame(term)
         if plain is not None:
             return plain
         city, ground = term.city, term.ground
-        front = city.derived(f"front of {ground}", lambda: city.bearing_to_nearest_path(ground))
-        return FrameDistribution.points(() if front is None else (front,))
+        angle = city.derived(f"front of {ground}", lambda: city.bearing_to_nearest_path(ground))
+        return FrameDistribution.points(() if angle is None else (angle,))
 
 
-def plain_front(term: RelationTerm) -> FrameDistribution | None:
+def unpredicted_frame(term: GroundedRelation) -> FrameDistribution | None:
     """Return the front of a ground that needs no prediction; None when it needs one.
 
     The map itself faces north. A street, or any other line, faces both ways across itself.
     """
     if term.is_map:
-        return FrameDistribution.points((ABSOLUTE_FRONT_RAD,))
+        return FrameDistribution.points((ABSOLUTE_ANGLE_RAD,))
     if term.is_line:
         normal = term.line_normal_rad
         return FrameDistribution.points((normal, math.remainder(normal + math.pi, 2 * math.pi)))
@@ -96,9 +96,9 @@ class AddressFront:
     kappa: float = 100.0
     lapse: float = 0.4
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the distribution of the ground's front."""
-        plain = plain_front(term)
+        plain = unpredicted_frame(term)
         if plain is not None:
             return plain
         facing = term.city.frontage(term.ground)
@@ -128,7 +128,7 @@ class RandomFront:
     seed: int = 0
     kappa: float = 1.0
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return a von Mises distribution around a direction drawn for this ground."""
         rng = child(np.random.default_rng(self.seed), term.city.name, term.ground)
         angle = math.remainder(float(rng.uniform(-math.pi, math.pi)), 2 * math.pi)

@@ -7,28 +7,28 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from sloop_ppl.models.frames.distribution import (
-    ABSOLUTE_FRONT_RAD,
+    ABSOLUTE_ANGLE_RAD,
     FrameDistribution,
     FramePart,
 )
 from sloop_ppl.models.frames.predictor import NEAREST_STREET, FramePredictor
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.registry import Registry
 
 __all__ = [
     "FRAME_PRIORS",
-    "FixedFront",
+    "FixedFrame",
     "FramePrior",
     "PredictedPoint",
     "PredictedSpread",
-    "UniformFront",
+    "UniformFrame",
 ]
 
 
 class FramePrior(Protocol):
     """What is believed about a frame before anything is said."""
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the distribution of the direction the term's ground faces."""
 
 
@@ -44,10 +44,10 @@ class PredictedPoint:
 
     predictor: FramePredictor = NEAREST_STREET
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the points the frame may lie at."""
         if term.record.absolute:
-            return FrameDistribution.points((ABSOLUTE_FRONT_RAD,))
+            return FrameDistribution.points((ABSOLUTE_ANGLE_RAD,))
         return FrameDistribution.points(self.predictor(term).modes())
 
 
@@ -83,10 +83,10 @@ class PredictedSpread:
     absolute: float = 0.8
     absolute_kappa: float = 50.0
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:
         """Return the mixture of absolute frame, predicted frames and lapse."""
         absolute = self.absolute if term.record.absolute else 0.0
-        parts = [FramePart(ABSOLUTE_FRONT_RAD, self.absolute_kappa, absolute)] if absolute else []
+        parts = [FramePart(ABSOLUTE_ANGLE_RAD, self.absolute_kappa, absolute)] if absolute else []
         relative = (1 - absolute) * (1 - self.lapse)
         parts += [
             FramePart(part.mean_rad, self._scattered(part.kappa), relative * part.weight)
@@ -99,7 +99,7 @@ class PredictedSpread:
 
 
 @dataclass(frozen=True)
-class FixedFront:
+class FixedFrame:
     """The same front for every ground.
 
     Parameters
@@ -110,19 +110,19 @@ class FixedFront:
         Concentration around it, > 0; infinite for a point.
     """
 
-    front_rad: float = ABSOLUTE_FRONT_RAD
+    front_rad: float = ABSOLUTE_ANGLE_RAD
     kappa: float = math.inf
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:  # noqa: ARG002
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:  # noqa: ARG002
         """Return the front, whatever the ground."""
         return FrameDistribution((FramePart(self.front_rad, self.kappa),))
 
 
 @dataclass(frozen=True)
-class UniformFront:
+class UniformFrame:
     """Nothing is known of any front."""
 
-    def __call__(self, term: RelationTerm) -> FrameDistribution:  # noqa: ARG002
+    def __call__(self, term: GroundedRelation) -> FrameDistribution:  # noqa: ARG002
         """Return the uniform distribution."""
         return FrameDistribution((), lapse=1.0)
 
@@ -133,5 +133,5 @@ FRAME_PRIORS: Registry[FramePrior] = Registry("frame prior")
 FRAME_PRIORS.add("point", PredictedPoint())
 FRAME_PRIORS.add("spread", PredictedSpread(absolute=0.0))
 FRAME_PRIORS.add("absolute-relative", PredictedSpread())
-FRAME_PRIORS.add("fixed", FixedFront())
-FRAME_PRIORS.add("uniform", UniformFront())
+FRAME_PRIORS.add("fixed", FixedFrame())
+FRAME_PRIORS.add("uniform", UniformFrame())

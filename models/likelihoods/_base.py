@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 from torch import Tensor
 
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.registry import Registry
 
 __all__ = ["LIKELIHOODS", "RelationLikelihood"]
@@ -29,7 +29,7 @@ class RelationLikelihood(Protocol):
     g is smooth in direction, more where it has a kink or jumps.
     """
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return the log probability that the (asserted) relation is true of each cell.
 
         Parameters

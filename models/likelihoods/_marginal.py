@@ -13,8 +13,8 @@ from torch import Tensor
 from torch.utils.checkpoint import checkpoint
 
 from sloop_ppl.models.frames import FrameDistribution, FramePart
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import RelationLikelihood
-from sloop_ppl.models.terms import RelationTerm
 
 __all__ = ["ClosedFormMarginal", "frame_marginal", "marginal_over", "summed_within"]
 
@@ -28,12 +28,12 @@ _NARROW_KAPPA = 9.0  # narrower parts take directions of their own
 class ClosedFormMarginal(Protocol):
     """A likelihood that knows its own expectation over a frame."""
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame of a frame relation, shape (S,)."""
 
 
 def frame_marginal(
-    likelihood: RelationLikelihood, term: RelationTerm, frame: FrameDistribution
+    likelihood: RelationLikelihood, term: GroundedRelation, frame: FrameDistribution
 ) -> Tensor:
     """Return log E[g] of a frame relation over the direction its ground faces, shape (S,).
 
@@ -110,8 +110,8 @@ def marginal_over(
         few = _few_directions(frame, offset_rad, log_g, tolerance)
         if few is not None:
             return few
-    fronts, log_weight = _nodes(frame, _DIRECTIONS, 0.5)
-    return _summed(fronts + offset_rad, log_weight, log_g)
+    angles, log_weight = _nodes(frame, _DIRECTIONS, 0.5)
+    return _summed(angles + offset_rad, log_weight, log_g)
 
 
 def _few_directions(
@@ -123,8 +123,8 @@ def _few_directions(
     """Return log E[g] over as few directions as a tolerance allows; None when it takes all."""
 
     def over(count: int, shift: float) -> Tensor:
-        fronts, log_weight = _nodes(frame, count, shift)
-        return _summed(fronts + offset_rad, log_weight, log_g)
+        angles, log_weight = _nodes(frame, count, shift)
+        return _summed(angles + offset_rad, log_weight, log_g)
 
     count, total, before = _FEWEST, over(_FEWEST, 0.0), math.inf
     for more in reversed(range(_DOUBLINGS)):
@@ -173,22 +173,22 @@ def _nodes(frame: FrameDistribution, count: int, shift: float) -> tuple[Tensor, 
     """
     circle = _circle(count, shift)
     spread = torch.zeros(count, dtype=torch.float64) + frame.lapse / count
-    fronts, weights = [], []
+    angles, weights = [], []
     for part in frame.parts:
         kappa = float(torch.as_tensor(part.kappa).detach())
         if math.isinf(kappa):
-            fronts.append(torch.as_tensor(part.mean_rad, dtype=torch.float64).reshape(1))
+            angles.append(torch.as_tensor(part.mean_rad, dtype=torch.float64).reshape(1))
             weights.append(torch.as_tensor(part.weight, dtype=torch.float64).reshape(1))
         elif kappa <= _NARROW_KAPPA:
             spread = spread + part.weight * _density(part, circle)
         else:
             near = part.mean_rad + circle * (9 / math.sqrt(kappa) / math.pi)
-            fronts.append(near)
+            angles.append(near)
             weights.append(part.weight * _density(part, near))
     if bool((spread > 0).any()):
-        fronts.append(circle)
+        angles.append(circle)
         weights.append(spread)
-    return torch.cat(fronts), torch.cat(weights).clamp_min(1e-300).log()
+    return torch.cat(angles), torch.cat(weights).clamp_min(1e-300).log()
 
 
 def _circle(count: int, shift: float) -> Tensor:
@@ -196,6 +196,6 @@ def _circle(count: int, shift: float) -> Tensor:
     return steps * (2 * math.pi / count) - math.pi
 
 
-def _density(part: FramePart, fronts: Tensor) -> Tensor:
+def _density(part: FramePart, angles: Tensor) -> Tensor:
     """Return a part's mass on equally spaced fronts, summing to one."""
-    return torch.softmax(part.kappa * (torch.cos(fronts - part.mean_rad) - 1), 0)
+    return torch.softmax(part.kappa * (torch.cos(angles - part.mean_rad) - 1), 0)

@@ -7,15 +7,15 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.grounded_relation import GroundedRelation
 
-__all__ = ["SAID_SHARE", "log_student", "said_width_m"]
+__all__ = ["SAID_SHARE", "log_student", "stated_width_m"]
 
 SAID_SHARE = 0.25
 """Width of the ring that a said distance means, as a share of that distance."""
 
 
-def said_width_m(term: RelationTerm, least_m: Any) -> Any:
+def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
     """Return the width of the ring that a said distance means; None when none was said.
 
     Parameters
@@ -25,9 +25,9 @@ def said_width_m(term: RelationTerm, least_m: Any) -> Any:
     least_m
         Least width, metres; a float or a tensor.
     """
-    if term.said_distance_m is None:
+    if term.stated_distance_m is None:
         return None
-    width = SAID_SHARE * term.said_distance_m
+    width = SAID_SHARE * term.stated_distance_m
     return torch.clamp_min(least_m, width) if isinstance(least_m, Tensor) else max(least_m, width)
 
 

@@ -11,13 +11,13 @@ import shapely
 import torch
 from torch import Tensor
 
-from sloop_ppl.models._regions import REFERENCE_CELL_M, shape_fields
+from sloop_ppl.models._reference_regions import REFERENCE_CELL_M, shape_fields
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._marginal import marginal_over
 from sloop_ppl.models.likelihoods._parameters import Parameter, width_parameter
-from sloop_ppl.models.likelihoods._radial import log_student, said_width_m
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.likelihoods._radial import log_student, stated_width_m
 
 __all__ = ["AttentionVectorSumLikelihood", "attended_bearing_rad"]
 
@@ -80,25 +80,25 @@ class AttentionVectorSumLikelihood:
     tail: float = 3.0
     floor: float = 1e-3
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         if direction_rad is None:
             return self._log_radial(term)
         return self._log_directed(term, direction_rad, *self._seen(term))
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame by quadrature, attention computed once, shape (S,)."""
         seen = self._seen(term)
         return marginal_over(
             frame, term.offset_rad, lambda angles: self._log_directed(term, angles, *seen)
         )
 
-    def _seen(self, term: RelationTerm) -> tuple[Tensor, Tensor, Tensor]:
+    def _seen(self, term: GroundedRelation) -> tuple[Tensor, Tensor, Tensor]:
         return *attended_bearing_rad(term, self.attention), self._log_radial(term)
 
     def _log_directed(
         self,
-        term: RelationTerm,
+        term: GroundedRelation,
         direction_rad: Tensor,
         bearing_rad: Tensor,
         defined: Tensor,
@@ -111,22 +111,22 @@ class AttentionVectorSumLikelihood:
         ahead = torch.where(defined, ahead, self.zero_rad / (2 * math.pi))
         return ahead.log() + self._log_grazing(term, direction_rad) + radial
 
-    def _log_grazing(self, term: RelationTerm, direction_rad: Tensor) -> Tensor:
+    def _log_grazing(self, term: GroundedRelation, direction_rad: Tensor) -> Tensor:
         """Return the log of how far a cell is beyond the ground's far edge, shape (B, S)."""
         towards = torch.stack([direction_rad.cos(), direction_rad.sin()])
         edge = (_hull(term) @ towards).amax(0)
         over = torch.sigmoid((term.place_m @ towards - edge) / self.grazing_m)
         return over.clamp_min(self.floor).log().T
 
-    def _log_radial(self, term: RelationTerm) -> Tensor:
-        width: Any = said_width_m(term, self.contact_m)
+    def _log_radial(self, term: GroundedRelation) -> Tensor:
+        width: Any = stated_width_m(term, self.contact_m)
         if width is None:
             own = {"contact": self.contact_m, "directed": self.directed_m}
             width = own.get(term.width, self.near_m)
         return log_student(term.off_m, width, self.tail)
 
 
-def attended_bearing_rad(term: RelationTerm, attention: Any) -> tuple[Tensor, Tensor]:
+def attended_bearing_rad(term: GroundedRelation, attention: Any) -> tuple[Tensor, Tensor]:
     """Return the direction of the attention-weighted vectors to each cell, and where there is one.
 
     Parameters
@@ -156,7 +156,7 @@ def attended_bearing_rad(term: RelationTerm, attention: Any) -> tuple[Tensor, Te
     return torch.atan2(safe[:, 1], safe[:, 0]), defined
 
 
-def _points(term: RelationTerm) -> Tensor:
+def _points(term: GroundedRelation) -> Tensor:
     """Return points spread over the ground, one for each of its cells of 5 m, shape (G, 2)."""
     grid = term.city.grid
     if grid.cell_m < REFERENCE_CELL_M:
@@ -170,7 +170,7 @@ def _points(term: RelationTerm) -> Tensor:
     return torch.from_numpy(points)
 
 
-def _hull(term: RelationTerm) -> Tensor:
+def _hull(term: GroundedRelation) -> Tensor:
     """Return the corners of the ground's convex hull, shape (V, 2)."""
     return torch.from_numpy(shapely.get_coordinates(shapely.convex_hull(term.outline)))
 

@@ -10,10 +10,10 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._cosine import bessel_ratios
-from sloop_ppl.models.likelihoods._radial import said_width_m
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.likelihoods._radial import stated_width_m
 
 __all__ = ["BoxLikelihood"]
 
@@ -45,7 +45,7 @@ class BoxLikelihood:
     half_angle_rad: float = math.pi / 3
     floor: float = 1e-6
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         if direction_rad is None:
             return self._log(self._within(term).double())
@@ -54,7 +54,7 @@ class BoxLikelihood:
         share = torch.where(term.has_direction, ahead.double(), self.half_angle_rad / math.pi)
         return self._log(share * self._within(term))
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame, in closed form, shape (S,).
 
         Notes
@@ -77,8 +77,8 @@ class BoxLikelihood:
         share = torch.where(term.has_direction, share.clamp(0.0, 1.0), h / math.pi)
         return self._log(share * self._within(term))
 
-    def _within(self, term: RelationTerm) -> Tensor:
-        reach = said_width_m(term, self.contact_m)
+    def _within(self, term: GroundedRelation) -> Tensor:
+        reach = stated_width_m(term, self.contact_m)
         if reach is None:
             own = {"contact": self.contact_m, "directed": self.directed_m}
             reach = own.get(term.width, self.near_m)

@@ -10,11 +10,11 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._cosine import expected_cosine
 from sloop_ppl.models.likelihoods._parameters import Parameter, clamped, width_parameter
-from sloop_ppl.models.likelihoods._radial import said_width_m
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.likelihoods._radial import stated_width_m
 
 __all__ = ["GaussianLikelihood"]
 
@@ -64,7 +64,7 @@ class GaussianLikelihood:
     from_centroid: bool = True
     floor: float = 1e-9
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         radial = self._log_radial(term)
         if direction_rad is None:
@@ -73,27 +73,27 @@ class GaussianLikelihood:
         factor = (cosine if self.clipped else cosine.abs()).clamp_min(self.floor)
         return self._log_directed(term, factor, radial)
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame, in closed form, shape (S,)."""
         factor = expected_cosine(
             self._bearing(term), frame, term.offset_rad, clipped=self.clipped, floor=self.floor
         )
         return self._log_directed(term, factor, self._log_radial(term))
 
-    def _bearing(self, term: RelationTerm) -> Tensor:
+    def _bearing(self, term: GroundedRelation) -> Tensor:
         return term.bearing_rad if self.from_centroid else term.nearest_bearing_rad
 
-    def _log_directed(self, term: RelationTerm, factor: Tensor, radial: Tensor) -> Tensor:
+    def _log_directed(self, term: GroundedRelation, factor: Tensor, radial: Tensor) -> Tensor:
         # A cell at the very centroid has no direction: the factor is its mean over directions.
         mean = (1 if self.clipped else 2) / math.pi
         return torch.where(term.at_centroid, mean, factor).log() + radial
 
-    def _log_radial(self, term: RelationTerm) -> Tensor:
-        width = said_width_m(term, self.at_m) or self._width_m(term)
+    def _log_radial(self, term: GroundedRelation) -> Tensor:
+        width = stated_width_m(term, self.at_m) or self._width_m(term)
         log_fall: Tensor = -(term.off_m**2) / (2 * width**2)
         return log_fall
 
-    def _width_m(self, term: RelationTerm) -> Any:
+    def _width_m(self, term: GroundedRelation) -> Any:
         if term.width == "contact":
             return self.at_m
         if term.width == "directed":

@@ -13,8 +13,8 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps.landmark import KINDS
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
-from sloop_ppl.models.terms import RelationTerm
 from sloop_ppl.rng import child
 
 __all__ = ["NeuralLikelihood"]
@@ -84,7 +84,7 @@ class NeuralLikelihood:
         copies = {k: v.detach().clone().requires_grad_() for k, v in self.weights.items()}
         return replace(self, weights=copies)
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         w = self.weights
         place = w["place"] @ self._place_features(term) + w["place_bias"][:, None]
@@ -106,7 +106,7 @@ class NeuralLikelihood:
         out = w["out"] @ torch.tanh(second)
         return torch.nn.functional.logsigmoid(out + base)
 
-    def _place_features(self, term: RelationTerm) -> Tensor:
+    def _place_features(self, term: GroundedRelation) -> Tensor:
         """Return what does not depend on direction, shape (features, S)."""
         off = term.off_m
         same = torch.ones_like(off)
@@ -118,7 +118,7 @@ class NeuralLikelihood:
         return torch.cat([torch.stack(features), embedded[:, None] * same])
 
 
-def _row(term: RelationTerm) -> int:
+def _row(term: GroundedRelation) -> int:
     """Return the row of a term's class; a class from outside has that of its width."""
     name = term.relation_class
     if name not in _CLASSES:

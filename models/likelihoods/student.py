@@ -12,10 +12,10 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.models.frames import FrameDistribution
+from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._parameters import Parameter, width_parameter
-from sloop_ppl.models.likelihoods._radial import log_student, said_width_m
-from sloop_ppl.models.terms import RelationTerm
+from sloop_ppl.models.likelihoods._radial import log_student, stated_width_m
 
 __all__ = ["StudentVonMisesLikelihood", "log_expected_von_mises"]
 
@@ -86,7 +86,7 @@ class StudentVonMisesLikelihood:
     kappa_compass: float = 3.0
     kappa_frame: float = 3.0
 
-    def log_g(self, term: RelationTerm, direction_rad: Tensor | None) -> Tensor:
+    def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
         radial = self._log_radial(term)
         if direction_rad is None:
@@ -95,21 +95,21 @@ class StudentVonMisesLikelihood:
         angular = kappa * (torch.cos(term.outward_rad - direction_rad[:, None]) - 1)
         return torch.where(term.has_direction, angular, _log_mean(kappa)) + radial
 
-    def log_marginal(self, term: RelationTerm, frame: FrameDistribution) -> Tensor:
+    def log_marginal(self, term: GroundedRelation, frame: FrameDistribution) -> Tensor:
         """Return log E[g] over the frame, in closed form, shape (S,)."""
         kappa = self._kappa(term)
         turned = term.outward_rad - term.offset_rad
         angular = log_expected_von_mises(turned, frame, kappa)
         return torch.where(term.has_direction, angular, _log_mean(kappa)) + self._log_radial(term)
 
-    def _kappa(self, term: RelationTerm) -> Any:
+    def _kappa(self, term: GroundedRelation) -> Any:
         return self.kappa_frame if term.needs_frame else self.kappa_compass
 
-    def _log_radial(self, term: RelationTerm) -> Tensor:
-        width = said_width_m(term, self.contact_m) or self._width_m(term)
+    def _log_radial(self, term: GroundedRelation) -> Tensor:
+        width = stated_width_m(term, self.contact_m) or self._width_m(term)
         return log_student(term.off_m, width, self.tail)
 
-    def _width_m(self, term: RelationTerm) -> Any:
+    def _width_m(self, term: GroundedRelation) -> Any:
         widths = {
             "contact": (self.contact_m, self.contact_street_m),
             "proximity": (self.near_m, self.near_street_m),

@@ -25,7 +25,7 @@ class Listed:
     names: tuple[str, str]
 
 
-_MODELS, _MODEL_NAMES = "sloop_ppl.models", "sloop_ppl.models.names"
+_MODELS, _MODEL_NAMES = "sloop_ppl.models", "sloop_ppl.models.model_names"
 
 CATALOGUE: Registry[Listed] = Registry("list")
 """What can be listed."""
@@ -38,7 +38,8 @@ CATALOGUE.add(
 CATALOGUE.add(
     "engines",
     Listed(
-        ("sloop_ppl.inference.engines", "ENGINES"), ("sloop_ppl.inference.names", "ENGINE_NAMES")
+        ("sloop_ppl.inference.engines", "ENGINES"),
+        ("sloop_ppl.inference.engine_names", "ENGINE_NAMES"),
     ),
 )
 CATALOGUE.add(
@@ -58,7 +59,8 @@ CATALOGUE.add(
 CATALOGUE.add(
     "candidates",
     Listed(
-        ("sloop_ppl.eval.candidates", "CANDIDATES"), ("sloop_ppl.eval.names", "CANDIDATE_NAMES")
+        ("sloop_ppl.eval.candidates", "CANDIDATES"),
+        ("sloop_ppl.eval.candidate_names", "CANDIDATE_NAMES"),
     ),
 )
 CATALOGUE.add(

@@ -87,25 +87,25 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
             if prior[name]
         )
         yield f"read as: {components_text}"
-    yield from _fronts(posterior, target)
+    yield from _frames(posterior, target)
     yield from _latents(posterior)
     yield "what would change it:"
     changes = list(_changes(posterior, target, influences, words))
     yield from changes or ["  no phrase by itself, and no front"]
 
 
-def _fronts(posterior: Posterior, target: str) -> Iterator[str]:
+def _frames(posterior: Posterior, target: str) -> Iterator[str]:
     for framed in posterior.framed(target):
         if framed.term.each:  # "not behind a bank": no one front to tell of
             continue
-        front = posterior.frame(target, framed.term.ground, framed.relation)
-        angles, prior = front["angle"].values, front["prior"].values
-        modes = modes_of(front.values, angles)
+        frame = posterior.frame(target, framed.term.ground, framed.relation)
+        angles, prior = frame["angle"].values, frame["prior"].values
+        modes = modes_of(frame.values, angles)
         label = posterior.city.landmark(framed.term.ground).label
         directions = []
         for mean, _ in modes:
             near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
-            before, after = float(prior[near].sum()), float(front.values[near].sum())
+            before, after = float(prior[near].sum()), float(frame.values[near].sum())
             sure = f"{percent(after)} within 45° of that (was {percent(before)})"
             certain = before > _CERTAIN and len(modes) == 1
             directions.append(
@@ -167,10 +167,10 @@ def _changes(
             )
 
 
-def _mean(front: xarray.DataArray) -> float:
+def _mean(frame: xarray.DataArray) -> float:
     """Return the circular mean of a distribution over directions, radians."""
-    angle = front["angle"].values
-    return math.atan2(float(front.values @ np.sin(angle)), float(front.values @ np.cos(angle)))
+    angle = frame["angle"].values
+    return math.atan2(float(frame.values @ np.sin(angle)), float(frame.values @ np.cos(angle)))
 
 
 def _area(posterior: Posterior, cells: int) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from sloop_ppl.inference import Engine, Posterior
-    from sloop_ppl.models import Preset
+    from sloop_ppl.models import ObservationModel
 
 __all__ = ["infer", "parse"]
 
@@ -59,7 +59,7 @@ def parse(
 def infer(
     description: Description | str,
     city: CityMap | str | Path,
-    model: str | Preset = "bayes",
+    model: str | ObservationModel = "bayes",
     engine: str | Engine = "exact",
     prior: Any = None,
     truth: Mapping[str, tuple[float, float]] | None = None,
@@ -75,7 +75,7 @@ def infer(
     city
         The map it was said of, or its name or path as `load_map` takes it.
     model
-        Name of the observation model, or a Preset.
+        Name of the observation model, or an ObservationModel.
     engine
         Name of the inference engine, or an engine with its options, such as
         ``sloop_ppl.inference.Importance(draws=1000)``.

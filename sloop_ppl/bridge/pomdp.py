@@ -14,8 +14,9 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset
-from sloop_ppl.planning._pomdp import Observation, ObservationModel
+from sloop_ppl.models import ObservationModel
+from sloop_ppl.planning._pomdp import Observation
+from sloop_ppl.planning._pomdp import ObservationModel as PomdpObservationModel
 
 __all__ = ["LanguageObservationModel", "Utterance", "as_histogram"]
 
@@ -95,7 +96,7 @@ class Utterance(Observation):
         return f"Utterance({self.description.text if self.description else None!r})"
 
 
-class LanguageObservationModel(ObservationModel):
+class LanguageObservationModel(PomdpObservationModel):
     """The probability of a description given where one target is.
 
     Parameters
@@ -103,7 +104,7 @@ class LanguageObservationModel(ObservationModel):
     city : the map.
     target : id of the target in the descriptions.
     cell_of : state of the domain -> row and column of the target, row 0 in the south.
-    model : name of the language model, or a Preset.
+    model : name of the language model, or an ObservationModel.
     engine : name of the inference engine.
     utterances : what could be said, for `sample`.
     rng : where `sample` and engines that draw take their numbers from.
@@ -123,7 +124,7 @@ class LanguageObservationModel(ObservationModel):
         city: CityMap,
         target: str,
         cell_of: Callable[[Any], Cell],
-        model: str | Preset = "bayes",
+        model: str | ObservationModel = "bayes",
         engine: str = "exact",
         *,
         utterances: Sequence[Description] = (),

@@ -14,9 +14,9 @@ from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import (
+    ObservationModel,
     PredictedPoint,
     PredictedSpread,
-    Preset,
     cell_prior,
     preset,
 )
@@ -33,7 +33,7 @@ def model_of(
     variant: str = "published",
     frames: str | None = None,
     params: Path | None = None,
-) -> Preset:
+) -> ObservationModel:
     """Return a model by name, with other parameters and frame predictor if they are given.
 
     Parameters

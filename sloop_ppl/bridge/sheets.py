@@ -13,7 +13,7 @@ import numpy as np
 from sloop_ppl.bridge.words import percent, relations_in_words
 from sloop_ppl.inference.factors import site_name
 from sloop_ppl.inference.frames import FramePosterior, frame_masses
-from sloop_ppl.plots import Front, SheetParts, plot_sheets
+from sloop_ppl.plots import FrameRose, SheetParts, plot_sheets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def sheet_of(
         influence=dict(zip(words, (i.bits for i in posterior.influence(target, rng)), strict=True))
         if several
         else {},
-        fronts=_fronts(posterior, target),
+        roses=_roses(posterior, target),
         prior=np.exp(posterior.log_prior[target]).reshape(grid.shape),
         truth=truth,
     )
@@ -97,13 +97,13 @@ def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
     return maps
 
 
-def _fronts(posterior: Posterior, target: str) -> list[Front]:
+def _roses(posterior: Posterior, target: str) -> list[FrameRose]:
     """Return one rose for each ground that has a front, that of its first relation."""
-    fronts: dict[str, Front] = {}
+    roses: dict[str, FrameRose] = {}
     for framed in posterior.framed(target):
         ground = framed.term.ground
-        if ground not in fronts:
+        if ground not in roses:
             factor = posterior.factors[framed.which]
             frame_posterior = FramePosterior(posterior.joint, factor, target, framed)
-            fronts[ground] = Front(ground, *frame_masses(frame_posterior, _DIRECTIONS))
-    return list(fronts.values())
+            roses[ground] = FrameRose(ground, *frame_masses(frame_posterior, _DIRECTIONS))
+    return list(roses.values())

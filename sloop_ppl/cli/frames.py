@@ -94,14 +94,14 @@ def predict(
 ) -> None:
     """Tell which way the buildings of a map face, as distributions."""
     import sloop_ppl as sloop
-    from sloop_ppl.inference.frame_report import front_lines, front_report, fronts_of
+    from sloop_ppl.inference.landmark_frames import frame_lines, frame_report, frames_of
     from sloop_ppl.plots import check_figure_path, save_figure
-    from sloop_ppl.plots.fronts import plot_fronts
+    from sloop_ppl.plots.frames import plot_frames
 
     if figure:
         check_figure_path(figure)
     city = sloop.load_map(map_)
-    found = fronts_of(city, frames, landmark)
+    found = frames_of(city, frames, landmark)
     if figure:
-        save_figure(plot_fronts(city, found), figure)
-    print_json(front_report(city, frames, found)) if json else print_data(*front_lines(found))
+        save_figure(plot_frames(city, found), figure)
+    print_json(frame_report(city, frames, found)) if json else print_data(*frame_lines(found))

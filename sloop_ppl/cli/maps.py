@@ -32,7 +32,7 @@ def show(
 ) -> None:
     """Show what is on a map."""
     import sloop_ppl as sloop
-    from sloop_ppl.maps.report import map_lines
+    from sloop_ppl.maps.map_lines import map_lines
     from sloop_ppl.maps.summary import summary
     from sloop_ppl.plots import check_figure_path, plot_map, save_figure
 

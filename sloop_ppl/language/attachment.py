@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.attachment_record import AttachmentRecord, Reading, converses
+from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.grounds import Ground, GroundReader
-from sloop_ppl.language.ledger import Ledger, Reading, converses
 from sloop_ppl.language.lexicon import lexicon
-from sloop_ppl.language.lookahead import leads_on, named_later, shared
+from sloop_ppl.language.look_ahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 from sloop_ppl.language.relations import RELATIONS
 
@@ -28,7 +28,7 @@ class _Clause:
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
     topic: Ground | None = None  # a landmark that no cue precedes
-    spoken: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
+    grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
     route: bool = False
     negated: bool = False
@@ -49,10 +49,10 @@ def attach(reader: GroundReader, figures: Figures) -> Reading:
     """
     walk = _Walk(reader, figures)
     at = 0
-    while at < len(reader.items):
+    while at < len(reader.chunks):
         at = walk.step(at)
     walk.end_sentence()
-    return walk.ledger.reading
+    return walk.record.reading
 
 
 class _Walk:
@@ -61,7 +61,7 @@ class _Walk:
     def __init__(self, reader: GroundReader, figures: Figures) -> None:
         self.reader = reader
         self.figures = figures
-        self.ledger = Ledger(reader, figures)
+        self.record = AttachmentRecord(reader, figures)
         self.clause = _Clause()
 
     def step(self, at: int) -> int:
@@ -83,8 +83,8 @@ class _Walk:
         clause = self.clause
         if clause.pending and not clause.route:
             for phrase in clause.pending:
-                self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.7)
-        self.ledger.end_sentence()
+                self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self.record.end_sentence()
         self.clause = _Clause(figures=clause.figures, span=clause.span)
 
     def _on_stop(self, at: int) -> int:
@@ -114,8 +114,8 @@ class _Walk:
     def _on_but(self, at: int) -> int:
         self.clause.negated = self.clause.aside = False
         word = str(self.reader.value(at))
-        if word in ("rather", "instead") and self.reader.items[at + 1 : at + 2]:
-            following = self.reader.words[self.reader.items[at + 1].first].low
+        if word in ("rather", "instead") and self.reader.chunks[at + 1 : at + 2]:
+            following = self.reader.words[self.reader.chunks[at + 1].first].low
             if following in ("than", "of"):
                 self.clause.negated = True
                 return at + 2
@@ -127,7 +127,7 @@ class _Walk:
         return at + 1
 
     def _on_be(self, at: int) -> int:
-        word = self.reader.words[self.reader.items[at].first].low
+        word = self.reader.words[self.reader.chunks[at].first].low
         if word in lexicon().copula and self.clause.aside_used:
             self.clause.aside = self.clause.aside_used = False
         return at + 1
@@ -137,29 +137,29 @@ class _Walk:
         if self.reader.kind(before) == "landmark" or self.reader.value(at) == "whose":
             self.clause.aside, self.clause.aside_used = True, False
         elif self.reader.kind(before) == "figure":
-            mention: FigureMention = self.reader.items[before].value
-            item = self.reader.items[before]
+            mention: FigureMention = self.reader.chunks[before].value
+            chunk = self.reader.chunks[before]
             ids = self.figures.known(mention.candidates)
             if ids and not set(ids) <= set(self.clause.figures):
-                self._subject(ids, (item.first, item.last), joins=False)
+                self._subject(ids, (chunk.first, chunk.last), joins=False)
         return at + 1
 
     def _on_too(self, at: int) -> int:
         """Read "the green car is too": what was said of another figure holds again."""
         clause = self.clause
-        attached = self.ledger.said
+        attached = self.record.attached
         if clause.named and clause.open and attached:
             other = [
                 a for a in attached[-3:] if a.figures == attached[-1].figures != clause.figures
             ]
             for one in other:
-                self.ledger.give(one.phrase, clause.figures, clause.span, 0.8)
+                self.record.give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
         return at + 1
 
     def _on_where(self, at: int) -> int:
         """Read "the Dresden is where the red bike is"."""
-        place = self.clause.topic or self.reader.last_spoken()
+        place = self.clause.topic or self.reader.last_ground()
         if self.clause.pending:
             return at + 1
         figure = self.reader.past(
@@ -173,9 +173,9 @@ class _Walk:
             return at + 1
         self.clause.subject = ()
         self._on_figure(figure)
-        item = self.reader.items[at]
-        phrase = RelationPhrase(("at",), (place,), (item.first, item.last), item.last)
-        self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.7)
+        chunk = self.reader.chunks[at]
+        phrase = RelationPhrase(("at",), (place,), (chunk.first, chunk.last), chunk.last)
+        self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
         return after
 
     def _on_route(self, at: int) -> int:
@@ -204,22 +204,22 @@ class _Walk:
             return at + 1
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
-        self.clause.spoken = (*self.clause.spoken[-3:], ground) if joined else (ground,)
+        self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
-            self.clause.subject = self.clause.spoken
+            self.clause.subject = self.clause.grounds
             self.clause.open = False
             self.clause.negated = False
         return at + 1
 
     def _instead(self, ground: Ground, before: int) -> bool:
         """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
-        recent = self.ledger.recent()
+        recent = self.record.recent()
         if not recent or recent[-1].figures != self.clause.figures:
             return False
         denied = self.reader.kind(before) == "neg"
         phrase = replace(recent[-1].phrase, grounds=(ground,), joint=False, negated=denied)
-        self.ledger.give(phrase, self.clause.figures, self.clause.span, 0.8)
+        self.record.give(phrase, self.clause.figures, self.clause.span, 0.8)
         self.clause.negated = False
         return True
 
@@ -230,7 +230,7 @@ class _Walk:
             return False
         self.clause.pending = []
         for phrase in waiting:
-            self.ledger.converse(phrase, (ground,))
+            self.record.converse(phrase, (ground,))
         return True
 
     def _on_pronoun(self, at: int) -> int:
@@ -244,9 +244,9 @@ class _Walk:
 
     def _there(self) -> None:
         """Read "the red car is there": the last place that was said of another figure."""
-        attached = self.ledger.said
+        attached = self.record.attached
         if attached and attached[-1].figures != self.clause.figures:
-            self.ledger.give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
+            self.record.give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
             self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
@@ -263,12 +263,12 @@ class _Walk:
     def _refer(self, ids: tuple[str, ...], at: int) -> None:
         """Make objects spoken of before the subject again."""
         if ids:
-            item = self.reader.items[at]
-            self._subject(ids, (item.first, item.last), joins=False)
+            chunk = self.reader.chunks[at]
+            self._subject(ids, (chunk.first, chunk.last), joins=False)
 
     def _on_figure(self, at: int) -> int:
-        item = self.reader.items[at]
-        mention: FigureMention = item.value
+        chunk = self.reader.chunks[at]
+        mention: FigureMention = chunk.value
         before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
         denied = self.reader.value(before) if self.reader.kind(before) == "neg" else ""
         if denied == "not":
@@ -283,12 +283,12 @@ class _Walk:
             return at + 1
         ids = self.figures.resolve(mention)
         if not ids and mention.candidates and self.figures.open_ended:
-            target = inferred_target([self.reader.norms[item.last - 1]])
+            target = inferred_target([self.reader.norms[chunk.last - 1]])
             self.figures.infer(target)
             ids = (target.id,)
         if not ids:
-            self.ledger.lose(Ground("unknown", item.first, item.last))
-        self._subject(ids, (item.first, item.last), joins=self.clause.open)
+            self.record.lose(Ground("unknown", chunk.first, chunk.last))
+        self._subject(ids, (chunk.first, chunk.last), joins=self.clause.open)
         self.clause.negated = denied in ("neither", "nor")
         return at + 1
 
@@ -325,7 +325,7 @@ class _Walk:
             return end
         if self.clause.named and not goes_on:
             return end
-        span = self.reader.items[at].first, self.reader.items[end - 1].last
+        span = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
         words = [w.low for w in self.reader.words[slice(*span)]]
         target = inferred_target(words, self.reader.kind(at - 1) == "possessive")
         self.figures.infer(target)
@@ -341,7 +341,7 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
-                self.ledger.give(phrase, ids, span, 0.9)
+                self.record.give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route, clause.topic = True, True, False, None
@@ -366,37 +366,37 @@ class _Walk:
             clause.aside_used = clause.aside
             return
         about = phrase.grounds[0]
-        clause.spoken = ()
+        clause.grounds = ()
         if phrase.own and clause.named and clause.topic is not None:
             turned = converses(phrase.relations)
             phrase = replace(phrase, relations=turned, grounds=(clause.topic,))
         if clause.subject:
             if about.kind == "figure":
-                self.ledger.converse(phrase, clause.subject)
+                self.record.converse(phrase, clause.subject)
             return
         waits = bool(clause.pending)
         if waits or (clause.named and leads_on(self.reader, at, after)):
             clause.pending.append(phrase)
         elif clause.named:
-            self.ledger.give(phrase, clause.figures, clause.span, 1.0)
+            self.record.give(phrase, clause.figures, clause.span, 1.0)
         else:
             clause.pending.append(phrase)
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, relations = self.clause, phrase.relations
-        given = [a for a in self.ledger.recent() if a.figures == clause.figures]
-        last_ground = self.reader.last_spoken()
+        given = [a for a in self.record.recent() if a.figures == clause.figures]
+        last_ground = self.reader.last_ground()
         record = RELATIONS[relations[0]]
         sided = record.converse is not None or record.part or len(relations) > 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)
         sided = sided or (ends and record.bare)
-        elsewhere = phrase.part and bool(self.ledger.said)
+        elsewhere = phrase.part and bool(self.record.attached)
         expected = given or clause.pending or (ends and (record.bare or elsewhere))
         if last_ground is None or not sided or not expected:
             if clause.named and not clause.route and relations[0] not in ("at", "in", "on"):
-                self.ledger.lose(Ground("cue", *phrase.cue))
+                self.record.lose(Ground("cue", *phrase.cue))
             return None
         return replace(phrase, grounds=(replace(last_ground, confidence=0.7),), joint=False)

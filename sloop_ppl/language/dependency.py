@@ -13,12 +13,12 @@ from spacy.language import Language
 from spacy.tokens import Doc
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import figure_finder
 from sloop_ppl.language.parsers import Parser
 from sloop_ppl.language.paths import PathRelation, relations_on_paths
 from sloop_ppl.language.pipeline import CONTEXT, STATE
-from sloop_ppl.language.places import place_index
+from sloop_ppl.language.place_index import place_index
 from sloop_ppl.language.reading import TextReading, find_figures, find_landmarks, settle
 from sloop_ppl.language.targets import load_targets
 from sloop_ppl.language.values import (

@@ -9,7 +9,7 @@ from rapidfuzz import process
 
 from sloop_ppl.errors import NoRelationFound
 from sloop_ppl.language.figures import figure_finder
-from sloop_ppl.language.places import place_index
+from sloop_ppl.language.place_index import place_index
 from sloop_ppl.language.reading import TextReading, find_cues, find_figures, find_landmarks, relate
 from sloop_ppl.language.values import Description, TargetObject, Unresolved
 from sloop_ppl.maps import CityMap
@@ -54,8 +54,8 @@ def recognised(
     for step in (find_landmarks, find_figures, find_cues, relate):
         step(state)
     landmarks = [state.places.id(m.candidates[0]) for m in state.landmarks]
-    cues = [i.value.relation for i in state.items if i.kind == "cue"]
-    cues += [d for i in state.items if i.kind == "dir" for d in i.value]
+    cues = [i.value.relation for i in state.chunks if i.kind == "cue"]
+    cues += [d for i in state.chunks if i.kind == "dir" for d in i.value]
     return Recognised(
         tuple(t.id for t in state.targets),
         tuple(dict.fromkeys(landmarks)),

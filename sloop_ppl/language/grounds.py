@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from sloop_ppl.language.chunks import Chunk
 from sloop_ppl.language.figures import FigureMention
-from sloop_ppl.language.items import Item
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
-from sloop_ppl.language.places import PlaceIndex
+from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.relations import WHOLE_MAP
 from sloop_ppl.language.words import Word
 
@@ -61,7 +61,7 @@ class GroundReader:
 
     Parameters
     ----------
-    words, norms, items
+    words, norms, chunks
         The text, as it stands and with its spelling mended.
     places
         The map's places by name and kind.
@@ -71,19 +71,19 @@ class GroundReader:
 
     words: Sequence[Word]
     norms: Sequence[str]
-    items: Sequence[Item]
+    chunks: Sequence[Chunk]
     places: PlaceIndex
     chosen: dict[int, int]
-    spoken: list[Ground] = field(default_factory=list)
+    grounds: list[Ground] = field(default_factory=list)
     depth: int = 0
 
     def kind(self, at: int) -> str:
         """Return the kind of the item at a position, ``"end"`` past the last one."""
-        return self.items[at].kind if 0 <= at < len(self.items) else "end"
+        return self.chunks[at].kind if 0 <= at < len(self.chunks) else "end"
 
     def value(self, at: int) -> object:
         """Return the value of the item at a position."""
-        return self.items[at].value if 0 <= at < len(self.items) else None
+        return self.chunks[at].value if 0 <= at < len(self.chunks) else None
 
     def past(self, at: int, *kinds: str) -> int:
         """Return the first position from `at` on of none of the kinds, not too far ahead."""
@@ -112,7 +112,7 @@ class GroundReader:
             "none",
         ):
             pointing = pointing or self.kind(at) == "same"
-            definite = definite or self.items[at].value == "the" or pointing
+            definite = definite or self.chunks[at].value == "the" or pointing
             at += 1
         kind = self.kind(at)
         if kind == "which" and self.kind(at + 1) in ("place", "figure"):
@@ -120,22 +120,22 @@ class GroundReader:
             kind = self.kind(at)
         if kind == "landmark":
             return self._landmark(at)
-        if kind in ("pronoun", "plural") and self.items[at].value not in ("its", "both"):
+        if kind in ("pronoun", "plural") and self.chunks[at].value not in ("its", "both"):
             return self._back(at), at + 1
         if kind == "robot" and self.kind(at + 1) == "landmark":
             return self._landmark(at + 1)
         if kind == "robot":
-            return Ground("robot", self.items[start].first, self.items[at].last), at + 1
+            return Ground("robot", self.chunks[start].first, self.chunks[at].last), at + 1
         if kind == "map":
-            return Ground("map", self.items[at].first, self.items[at].last, (WHOLE_MAP,)), at + 1
+            return Ground("map", self.chunks[at].first, self.chunks[at].last, (WHOLE_MAP,)), at + 1
         if kind == "figure":
-            mention: FigureMention = self.items[at].value
-            item = self.items[at]
-            return Ground("figure", item.first, item.last, mention.candidates), at + 1
+            mention: FigureMention = self.chunks[at].value
+            chunk = self.chunks[at]
+            return Ground("figure", chunk.first, chunk.last, mention.candidates), at + 1
         if kind == "place":
             return self._place(start, at, definite, pointing)
         if pointing and kind in ("end", "comma", "stop", "and"):
-            back = self.last_spoken()
+            back = self.last_ground()
             return (back, at) if back is not None else None
         if kind == "word":
             return self._unknown(at)
@@ -145,19 +145,19 @@ class GroundReader:
 
     def landmark(self, at: int) -> Ground:
         """Return the landmark that the item at a position names, and remember it."""
-        item = self.items[at]
-        mention: LandmarkMention = item.value
-        position = self.chosen.get(item.first, mention.candidates[0])
+        chunk = self.chunks[at]
+        mention: LandmarkMention = chunk.value
+        position = self.chosen.get(chunk.first, mention.candidates[0])
         sure = mention.score / len(mention.candidates)
         ground = Ground(
             "landmark",
-            item.first,
-            item.last,
+            chunk.first,
+            chunk.last,
             (self.places.id(position),),
             tuple(self.places.id(c) for c in (*mention.candidates, *mention.rivals)[:3]),
             round(min(1.0, 0.5 + 0.5 * sure), 3),
         )
-        self.spoken.append(ground)
+        self.grounds.append(ground)
         return ground
 
     def _landmark(self, at: int) -> tuple[Ground, int]:
@@ -173,43 +173,43 @@ class GroundReader:
 
     def _back(self, at: int) -> Ground:
         """Return the place that "it" or "there" points back to."""
-        item = self.items[at]
-        last = self.last_spoken()
+        chunk = self.chunks[at]
+        last = self.last_ground()
         if last is None:
-            return Ground("unknown", item.first, item.last)
-        return Ground("landmark", item.first, item.last, last.ids, confidence=0.8)
+            return Ground("unknown", chunk.first, chunk.last)
+        return Ground("landmark", chunk.first, chunk.last, last.ids, confidence=0.8)
 
-    def last_spoken(self) -> Ground | None:
+    def last_ground(self) -> Ground | None:
         """Return the place spoken of last."""
-        return self.spoken[-1] if self.spoken else None
+        return self.grounds[-1] if self.grounds else None
 
     def _place(self, start: int, at: int, definite: bool, pointing: bool) -> tuple[Ground, int]:
         """Return the ground that a kind of place stands for."""
-        item = self.items[at]
+        chunk = self.chunks[at]
         after = at + 1
         while after < at + _FARTHEST and self.kind(after) == "place":
-            item, after = self.items[after], after + 1
+            chunk, after = self.chunks[after], after + 1
         if self.kind(after) == "landmark" and not pointing:
             return self._landmark(after)
-        if self.kind(after) == "word" and self.words[item.last].text[:1].isupper():
+        if self.kind(after) == "word" and self.words[chunk.last].text[:1].isupper():
             return self._unknown(at)
         inner = self._inside(after)
         if inner is not None:
             return inner
-        first, last = self.items[start if pointing else at].first, item.last
-        matching = self.places.of_kind(str(item.value))
-        if pointing or (definite and (item.value not in _VAGUE or self._sided(start))):
-            for ground in reversed(self.spoken[-_REMEMBERED:]):
+        first, last = self.chunks[start if pointing else at].first, chunk.last
+        matching = self.places.of_kind(str(chunk.value))
+        if pointing or (definite and (chunk.value not in _VAGUE or self._sided(start))):
+            for ground in reversed(self.grounds[-_REMEMBERED:]):
                 if ground.ids[0] in matching:
                     return Ground("landmark", first, last, ground.ids, confidence=0.8), after
-        best = self.places.best_of_kind(str(item.value), self._norms(item))
+        best = self.places.best_of_kind(str(chunk.value), self._norms(chunk))
         every = matching if self._is_any(start, at, after) else ()
         if len(best) == 1 and not pointing:
             ground = Ground("landmark", first, last, best, confidence=0.8, every=every)
-            self.spoken.append(ground)
+            self.grounds.append(ground)
             return ground, after
-        if pointing and self.spoken:
-            return Ground("landmark", first, last, self.spoken[-1].ids, confidence=0.5), after
+        if pointing and self.grounds:
+            return Ground("landmark", first, last, self.grounds[-1].ids, confidence=0.5), after
         return Ground("unknown", first, last, (), (best or matching)[:3], every=every), after
 
     def _is_any(self, start: int, at: int, after: int) -> bool:
@@ -250,10 +250,10 @@ class GroundReader:
         inner = self._inside(at)
         if inner is not None:
             return inner
-        span = self.items[first].first, self.items[at - 1].last
+        span = self.chunks[first].first, self.chunks[at - 1].last
         text = " ".join(w.low for w in self.words[span[0] : span[1]])
         near = nearest_landmarks(text, self.places.index)
         return Ground("unknown", *span, (), near), at
 
-    def _norms(self, item: Item) -> tuple[str, ...]:
-        return tuple(w.low for w in self.words[item.first : item.last])
+    def _norms(self, chunk: Chunk) -> tuple[str, ...]:
+        return tuple(w.low for w in self.words[chunk.first : chunk.last])

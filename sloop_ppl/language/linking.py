@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sloop_ppl.language.lexicon import lexicon
-from sloop_ppl.language.names import Hit, Name, NameIndex, canonical
+from sloop_ppl.language.name_index import Hit, Name, NameIndex, canonical
 from sloop_ppl.language.words import Word
 
 __all__ = ["LandmarkMention", "link_landmarks"]
@@ -185,7 +185,7 @@ def _judge(
         (hit, name.tokens[p])
         for _, _, hit in chosen
         for p in range(hit.first, hit.last)
-        if name.telling[p]
+        if name.informative[p]
     ]
     known = lexicon()
     if not informative:

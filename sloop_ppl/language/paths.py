@@ -86,7 +86,7 @@ def relations_on_paths(
             path = _path(doc[figure], doc[ground])
             if not every_path and _crosses(path, doc[figure], named):
                 continue
-            relations = _told(path)
+            relations = _path_relations(path)
             found += [PathRelation(figure, ground, *relation) for relation in relations]
     return found
 
@@ -118,7 +118,7 @@ def _crosses(path: list[Token], figure: Token, named: set[int]) -> bool:
     return False
 
 
-def _told(path: list[Token]) -> Iterator[tuple[str, tuple[int, ...], bool]]:
+def _path_relations(path: list[Token]) -> Iterator[tuple[str, tuple[int, ...], bool]]:
     """Yield (relation, tokens, negated) for the relation words of a path nearest its end."""
     known = lexicon()
     words = [_norm(token) for token in path]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from sloop_ppl.language.chunks import Cue
 from sloop_ppl.language.grounds import Ground, GroundReader
-from sloop_ppl.language.items import Cue
 from sloop_ppl.language.relations import RELATIONS
 
 __all__ = ["RelationPhrase", "read_relation"]
@@ -72,32 +72,32 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
     start, distance = at, None
     at = reader.past(at, "skip")
     if reader.kind(at) == "distance":
-        distance = float(reader.items[at].value)
+        distance = float(reader.chunks[at].value)
         at = reader.past(at + 1, "skip")
-        if reader.kind(at) == "cue" and reader.items[at].value.relation in ("within",):
+        if reader.kind(at) == "cue" and reader.chunks[at].value.relation in ("within",):
             at += 1
     elif reader.kind(at) == "cue" and reader.kind(reader.past(at + 1, "skip")) == "distance":
         inner = read_relation(reader, reader.past(at + 1, "skip"))
-        near = reader.items[at].value.relation in ("within", "at", "in", "near")
+        near = reader.chunks[at].value.relation in ("within", "at", "in", "near")
         if near and (inner is None or not inner[0].grounds):  # "behind it by ten metres"
-            item = reader.items[at]
-            return RelationPhrase((), (), (item.first, item.last), item.last), at + 2
+            chunk = reader.chunks[at]
+            return RelationPhrase((), (), (chunk.first, chunk.last), chunk.last), at + 2
         if inner is not None and near:
-            return replace(inner[0], cue=(reader.items[at].first, inner[0].cue[1])), inner[1]
+            return replace(inner[0], cue=(reader.chunks[at].first, inner[0].cue[1])), inner[1]
     found = _head(reader, at, distance is not None)
     if found is None:
         return None
     phrase, after = found
     if distance is not None:
         phrase = replace(phrase, distance_m=round(distance, 3))
-        phrase = replace(phrase, cue=(reader.items[start].first, phrase.cue[1]))
+        phrase = replace(phrase, cue=(reader.chunks[start].first, phrase.cue[1]))
     return phrase, after
 
 
 def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase, int] | None:
     """Read the part after a distance."""
     kind = reader.kind(at)
-    first = reader.items[at].first if kind != "end" else 0
+    first = reader.chunks[at].first if kind != "end" else 0
     if kind in ("from", "of") and measured:
         return _simple(reader, at, at + 1, "near")
     if kind in ("to", "from"):
@@ -109,7 +109,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
         return _junction(reader, at, first, ("at",))
     if kind != "cue":
         return None
-    cue: Cue = reader.items[at].value
+    cue: Cue = reader.chunks[at].value
     onward = _past_leads(reader, at + 1)
     ahead = reader.kind(onward)
     if ahead == "robot" and reader.kind(_past_leads(reader, onward + 1)) == "dir":
@@ -132,8 +132,8 @@ def _simple(
     reader: GroundReader, at: int, onward: int, relation: str, negated: bool = False
 ) -> tuple[RelationPhrase, int] | None:
     """Read a cue and its grounds, each of which makes a relation of its own."""
-    item = reader.items[at]
-    cue = item.first, item.last
+    chunk = reader.chunks[at]
+    cue = chunk.first, chunk.last
     denied = reader.past(onward, "skip")
     if reader.kind(denied) == "neg":
         negated, onward = not negated, denied + 1
@@ -144,7 +144,7 @@ def _simple(
         onward += 1
     got = reader.read(onward)
     if got is None:
-        return RelationPhrase((relation,), (), cue, item.last, negated=negated), onward
+        return RelationPhrase((relation,), (), cue, chunk.last, negated=negated), onward
     ground, after = got
     if ground.kind == "unknown" and relation == "across" and reader.kind(after - 1) == "place":
         return RelationPhrase((relation,), (), cue, ground.last, negated=negated), after
@@ -174,10 +174,10 @@ def _simple(
 
 def _own_side(reader: GroundReader, at: int) -> tuple[tuple[str, ...], int] | None:
     """Read "'s north side" after a ground."""
-    word = reader.words[reader.items[at - 1].last - 1].low if at else ""
+    word = reader.words[reader.chunks[at - 1].last - 1].low if at else ""
     if reader.kind(at) != "dir" or not word.endswith("'s"):
         return None
-    directions = tuple(reader.items[at].value)
+    directions = tuple(reader.chunks[at].value)
     return directions, reader.past(at + 1, "part", "junction")
 
 
@@ -221,11 +221,11 @@ def _listed(reader: GroundReader, at: int) -> bool:
 
 def _several(reader: GroundReader, at: int, relation: str) -> tuple[RelationPhrase, int] | None:
     """Read "between A and B (and C)": one relation with all grounds."""
-    item = reader.items[at]
-    cue = item.first, item.last
+    chunk = reader.chunks[at]
+    cue = chunk.first, chunk.last
     grounds, after = _all_of(reader, at + 1)
     if not grounds:
-        return RelationPhrase((relation,), (), cue, item.last), at + 1
+        return RelationPhrase((relation,), (), cue, chunk.last), at + 1
     return RelationPhrase((relation,), grounds, cue, grounds[-1].last, joint=True), after
 
 
@@ -264,9 +264,9 @@ def _junction(
     reader: GroundReader, at: int, first: int, relations: tuple[str, ...], negated: bool = False
 ) -> tuple[RelationPhrase, int]:
     """Read "corner of A and B"; without grounds the streets spoken of last are meant."""
-    cue = first, reader.items[at].last
+    cue = first, reader.chunks[at].last
     onward = reader.past(at + 1, "of", "skip", "where", "houses", "junction", "from")
-    if reader.kind(onward) == "cue" and reader.items[onward].value.relation in _JOINING:
+    if reader.kind(onward) == "cue" and reader.chunks[onward].value.relation in _JOINING:
         onward = reader.past(onward + 1, "of", "skip")
     grounds, after = _all_of(reader, onward)
     if not grounds:
@@ -283,26 +283,26 @@ def _direction(
 ) -> tuple[RelationPhrase, int] | None:
     """Read "north of", "on the upper left corner of", "to its left", "on the right side"."""
     if cue is not None and cue.relation == "towards":
-        return RelationPhrase((), (), (first, first), reader.items[at].last), at + 1
-    directions = tuple(reader.items[at].value)
-    own = _owner(reader, at - 1) if first < reader.items[at].first else ""
+        return RelationPhrase((), (), (first, first), reader.chunks[at].last), at + 1
+    directions = tuple(reader.chunks[at].value)
+    own = _owner(reader, at - 1) if first < reader.chunks[at].first else ""
     onward = at + 1
     corner = part = False
     while onward < at + _MOST_PARTS and reader.kind(onward) in _PARTS:
         if reader.kind(onward) == "dir":
-            directions += tuple(reader.items[onward].value)
+            directions += tuple(reader.chunks[onward].value)
         corner = corner or reader.kind(onward) == "junction"
         part = part or reader.kind(onward) in ("part", "junction")
         onward += 1
     near = cue is not None and part and RELATIONS[cue.relation].relation_class == "proximity"
-    span = first, reader.items[onward - 1].last
+    span = first, reader.chunks[onward - 1].last
     negated = cue is not None and cue.negated
     if own == "robot":
         robot = Ground("robot", *span)
         return RelationPhrase(directions, (robot,), span, span[1]), onward
     if own == "it":
-        got = reader.read(at - 1) if reader.items[at - 1].value == "it" else None
-        back = got[0] if got else reader.last_spoken()
+        got = reader.read(at - 1) if reader.chunks[at - 1].value == "it" else None
+        back = got[0] if got else reader.last_ground()
         owners = (back,) if back is not None else ()
         return RelationPhrase(directions, owners, span, span[1], own=True), onward
     if reader.kind(onward) == "comma" and reader.kind(onward + 1) == "of":
@@ -359,6 +359,6 @@ def _owner(reader: GroundReader, at: int) -> str:
         at -= 1
     if reader.kind(at) == "robot":
         return "robot"
-    if reader.kind(at) == "det" and reader.items[at].value in ("its", "their"):
+    if reader.kind(at) == "det" and reader.chunks[at].value in ("its", "their"):
         return "it"
     return ""

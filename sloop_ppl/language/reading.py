@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from sloop_ppl.language.attachment import attach
-from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.attachment_record import Attached, Reading
+from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
+from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
-from sloop_ppl.language.items import Item, place_phrases, read_items
-from sloop_ppl.language.ledger import Attached, Reading
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
-from sloop_ppl.language.places import PlaceIndex
+from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
@@ -42,7 +42,7 @@ class TextReading:
         The map.
     words, norms
         Its words, and the same with their spelling mended.
-    landmarks, figures, places, items
+    landmarks, figures, places, chunks
         What was recognised.
     reading
         Which relation phrases locate which objects.
@@ -58,11 +58,11 @@ class TextReading:
     norms: Sequence[str] = ()
     landmarks: Sequence[LandmarkMention] = ()
     figures: Sequence[FigureMention] = ()
-    kinds: Sequence[Item] = ()
-    items: Sequence[Item] = ()
+    kinds: Sequence[Chunk] = ()
+    chunks: Sequence[Chunk] = ()
     reading: Reading = field(default_factory=Reading)
     targets: tuple[TargetObject, ...] = ()
-    spoken: Sequence[Ground] = ()
+    grounds: Sequence[Ground] = ()
     description: Description | None = None
 
 
@@ -95,12 +95,14 @@ def find_figures(state: TextReading) -> None:
 
 def find_cues(state: TextReading) -> None:
     """Find relation cues, directions and the small words that hold phrases together."""
-    state.items = read_items(state.words, state.norms, state.landmarks, state.figures, state.kinds)
+    state.chunks = read_chunks(
+        state.words, state.norms, state.landmarks, state.figures, state.kinds
+    )
 
 
 def relate(state: TextReading) -> None:
     """Attach relation phrases to objects."""
-    reader = GroundReader(state.words, state.norms, state.items, state.places, settle(state))
+    reader = GroundReader(state.words, state.norms, state.chunks, state.places, settle(state))
     figures = Figures(state.finder)
     if state.finder.declared is None:
         default = {t.id for t in DEFAULT_TARGETS}
@@ -110,7 +112,7 @@ def relate(state: TextReading) -> None:
                     figures.infer(_inferred(one, mention, state))
     state.reading = attach(reader, figures)
     state.targets = figures.targets()
-    state.spoken = reader.spoken
+    state.grounds = reader.grounds
 
 
 def _inferred(symbol: str, mention: FigureMention, state: TextReading) -> TargetObject:

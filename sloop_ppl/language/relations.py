@@ -69,7 +69,7 @@ class Relation:
         Whether it may end a clause without a ground: "..., and the car is behind".
     part
         Whether it names a part of its ground: "in the middle".
-    spoken
+    speakable
         Whether a simulated speaker chooses it, and listeners with ``speaker`` normalisation count
         it among what could have been said.
 
@@ -100,7 +100,7 @@ class Relation:
     from_ground: str | None = None
     bare: bool = False
     part: bool = False
-    spoken: bool = False
+    speakable: bool = False
 
     def __post_init__(self) -> None:
         if not (self.phrase or self.forms):
@@ -160,7 +160,7 @@ def words_by_class() -> dict[str, tuple[str, ...]]:
 # code has southwest at 75 degrees of its compass, a slip for 135; not followed.
 _ENGLISH: dict[str, Relation] = {
     "on": Relation("contact", forms=("on", "onto", "upon", "on top of")),
-    "at": Relation("contact", forms=("at", "@"), spoken=True),
+    "at": Relation("contact", forms=("at", "@"), speakable=True),
     "in": Relation("contact", forms=("in", "into")),
     "inside": Relation("contact", forms=("inside", "inside of"), bare=True),
     "along": Relation(
@@ -186,7 +186,7 @@ _ENGLISH: dict[str, Relation] = {
             "attached to"),
     ),
     "near": Relation(
-        "proximity", converse="near", bare=True, spoken=True,
+        "proximity", converse="near", bare=True, speakable=True,
         forms=("near", "near to", "nearby", "nearest to", "nearest", "nearer to", "nearer",
             "in the vicinity of", "in the area of", "in proximity to", "a short walk from", "by",
             "over by", "around the corner from", "steps from", "doors down from",
@@ -224,7 +224,7 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "north": Relation(
         "north", phrase="north of", converse="south", bearing_rad=math.pi / 2, bare=True,
-        spoken=True,
+        speakable=True,
         directions=("north", "northern", "northerly", "northward", "northwards"),
     ),
     "above": Relation(
@@ -244,7 +244,7 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "south": Relation(
         "south", phrase="south of", converse="north", bearing_rad=-math.pi / 2, bare=True,
-        spoken=True,
+        speakable=True,
         directions=("south", "southern", "southerly", "southward", "southwards"),
     ),
     "below": Relation(
@@ -263,41 +263,41 @@ _ENGLISH: dict[str, Relation] = {
         forms=("under", "underneath", "beneath"),
     ),
     "east": Relation(
-        "east", phrase="east of", converse="west", bearing_rad=0.0, bare=True, spoken=True,
+        "east", phrase="east of", converse="west", bearing_rad=0.0, bare=True, speakable=True,
         directions=("east", "eastern", "easterly", "eastward", "eastwards"),
     ),
     "west": Relation(
-        "west", phrase="west of", converse="east", bearing_rad=math.pi, bare=True, spoken=True,
+        "west", phrase="west of", converse="east", bearing_rad=math.pi, bare=True, speakable=True,
         directions=("west", "western", "westerly", "westward", "westwards"),
     ),
     "northeast": Relation(
         "northeast", phrase="northeast of", converse="southwest", bearing_rad=math.pi / 4,
-        bare=True, spoken=True,
+        bare=True, speakable=True,
         directions=("northeast", "northeastern", "ne"),
     ),
     "northwest": Relation(
         "northwest", phrase="northwest of", converse="southeast", bearing_rad=3 * math.pi / 4,
-        bare=True, spoken=True,
+        bare=True, speakable=True,
         directions=("northwest", "northwestern", "nw"),
     ),
     "southeast": Relation(
         "southeast", phrase="southeast of", converse="northwest", bearing_rad=-math.pi / 4,
-        bare=True, spoken=True,
+        bare=True, speakable=True,
         directions=("southeast", "southeastern", "se"),
     ),
     "southwest": Relation(
         "southwest", phrase="southwest of", converse="northeast", bearing_rad=-3 * math.pi / 4,
-        bare=True, spoken=True,
+        bare=True, speakable=True,
         directions=("southwest", "southwestern", "sw"),
     ),
     "front": Relation(
-        "front", converse="behind", offset_rad=0.0, of_map="north", bare=True, spoken=True,
+        "front", converse="behind", offset_rad=0.0, of_map="north", bare=True, speakable=True,
         forms=("in front of", "in the front of", "at the front of", "out front of",
             "to the front of", "on the front of", "in front", "front of", "ahead of"),
         directions=("front",),
     ),
     "behind": Relation(
-        "behind", converse="front", offset_rad=math.pi, of_map="south", bare=True, spoken=True,
+        "behind", converse="front", offset_rad=math.pi, of_map="south", bare=True, speakable=True,
         forms=("behind", "in back of", "in the back of", "at the back of", "on the back of",
             "to the back of", "out back of", "around the back of", "round the back of", "back of",
             "in the rear of", "at the rear of", "to the rear of", "on the rear of", "rear of",
@@ -306,12 +306,12 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "left": Relation(
         "left", phrase="to the left of", converse="right", offset_rad=math.pi / 2, absolute=True,
-        of_map="west", spoken=True,
+        of_map="west", speakable=True,
         directions=("left", "lefthand", "leftmost"),
     ),
     "right": Relation(
         "right", phrase="to the right of", converse="left", offset_rad=-math.pi / 2, absolute=True,
-        of_map="east", spoken=True,
+        of_map="east", speakable=True,
         directions=("right", "righthand", "rightmost"),
     ),
     "across": Relation(

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sloop_ppl.language.figures import figure_finder
-from sloop_ppl.language.places import place_index
+from sloop_ppl.language.place_index import place_index
 from sloop_ppl.language.reading import (
     TextReading,
     find_cues,

@@ -64,7 +64,8 @@ def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
         ) from error
     if not isinstance(payload, list) or not payload:
         raise DescriptionError(
-            f"Targets file '{path}' holds {_said(payload)}; expected a list of objects with an 'id'"
+            f"Targets file '{path}' holds {_shown(payload)}; expected a list of objects with "
+            "an 'id'"
         )
     targets = tuple(_target(path, i, entry) for i, entry in enumerate(payload))
     check_targets(targets, f"Targets file '{path}'")
@@ -84,7 +85,7 @@ def _target(path: str | Path, number: int, entry: Any) -> TargetObject:
     """Return one entry of a targets file as a value."""
     where = f"Targets file '{path}', entry {number + 1}"
     if not isinstance(entry, dict):
-        raise DescriptionError(f"{where} is {_said(entry)}; expected an object with an 'id'")
+        raise DescriptionError(f"{where} is {_shown(entry)}; expected an object with an 'id'")
     unknown = sorted(set(entry) - _FIELDS)
     if unknown:
         raise DescriptionError(
@@ -92,20 +93,20 @@ def _target(path: str | Path, number: int, entry: Any) -> TargetObject:
         )
     symbol = entry.get("id")
     if not isinstance(symbol, str) or not symbol.strip():
-        raise DescriptionError(f"{where}: field 'id' is {_said(symbol)}; expected a word")
+        raise DescriptionError(f"{where}: field 'id' is {_shown(symbol)}; expected a word")
     names = entry.get("names", [])
     if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
         raise DescriptionError(
-            f"{where}: field 'names' is {_said(names)}; expected a list of words"
+            f"{where}: field 'names' is {_shown(names)}; expected a list of words"
         )
     for field in ("colour", "kind"):
         value = entry.get(field)
         if value is not None and (not isinstance(value, str) or not value.strip()):
-            raise DescriptionError(f"{where}: field '{field}' is {_said(value)}; expected a word")
+            raise DescriptionError(f"{where}: field '{field}' is {_shown(value)}; expected a word")
     return TargetObject(symbol, tuple(names), entry.get("colour"), entry.get("kind"))
 
 
-def _said(value: Any) -> str:
+def _shown(value: Any) -> str:
     """Return a short wording of a JSON value."""
     text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 40 else text[:37] + "..."

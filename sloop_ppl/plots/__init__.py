@@ -3,6 +3,7 @@
 from sloop_ppl.plots.animation import animate_search
 from sloop_ppl.plots.bars import plot_components, plot_influence, plot_latent, plot_words
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
+from sloop_ppl.plots.belief_parts import plot_change, plot_relations
 from sloop_ppl.plots.city import plot_map
 from sloop_ppl.plots.context import plot_context
 from sloop_ppl.plots.deviations import draw_deviations, plot_deviations
@@ -13,13 +14,12 @@ from sloop_ppl.plots.formats import (
     save_figure,
 )
 from sloop_ppl.plots.frame import frame_bins, plot_frame
-from sloop_ppl.plots.fronts import plot_fronts
-from sloop_ppl.plots.parts import plot_change, plot_relations
+from sloop_ppl.plots.frames import plot_frames
 from sloop_ppl.plots.search import plot_search
-from sloop_ppl.plots.sheet import Front, SheetParts, plot_sheet, plot_sheets
+from sloop_ppl.plots.sheet import FrameRose, SheetParts, plot_sheet, plot_sheets
 
 __all__ = [
-    "Front",
+    "FrameRose",
     "SheetParts",
     "animate_search",
     "animation_formats",
@@ -34,7 +34,7 @@ __all__ = [
     "plot_context",
     "plot_deviations",
     "plot_frame",
-    "plot_fronts",
+    "plot_frames",
     "plot_influence",
     "plot_latent",
     "plot_map",

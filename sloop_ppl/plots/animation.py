@@ -15,10 +15,10 @@ from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.outputs import written_whole
 from sloop_ppl.plots._belief import draw_cells
-from sloop_ppl.plots._frames_file import find_ffmpeg, write_gif, write_mp4
 from sloop_ppl.plots._palette import ACCENTS, INK, PAPER, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
 from sloop_ppl.plots._robot import is_find, robot_path, seen_image, target_style
+from sloop_ppl.plots._video_files import find_ffmpeg, write_gif, write_mp4
 from sloop_ppl.plots.city import draw_map
 from sloop_ppl.plots.formats import check_figure_path
 from sloop_ppl.plots.search import along, together
@@ -205,7 +205,7 @@ class _Scene:
             "robot": robot,
             "sign": sign,
             "head": self.figure.text(0.085, 0.957, "", fontsize=11, **style),
-            "told": self.figure.text(0.085, 0.919, "", fontsize=9, **style),
+            "caption": self.figure.text(0.085, 0.919, "", fontsize=9, **style),
         }
         return below, above
 
@@ -244,7 +244,7 @@ class _Scene:
         show["sign"].set_data([x] if find else [], [y] if find else [])
         show["sign"].set_markeredgecolor(ACCENTS["right" if right else "wrong"])
         show["head"].set_text(self._headline(step))
-        show["told"].set_text(textwrap.shorten(self._told(step), 100, placeholder=" …"))
+        show["caption"].set_text(textwrap.shorten(self._caption(step), 100, placeholder=" …"))
 
     def _cells(self, step: int, found: Sequence[str]) -> NDArray[np.float64]:
         """Return the RGBA image of what was seen, what is believed and what is in view."""
@@ -275,7 +275,7 @@ class _Scene:
         action = "start" if step == 0 else str(self.episode.actions[step - 1]).replace("_", " ")
         return f"Step {step} of {count}: {action}"
 
-    def _told(self, step: int) -> str:
+    def _caption(self, step: int) -> str:
         if step == 0:
             return "Looking for " + ", ".join(self.episode.places)
         reward = f"reward {self.episode.rewards[step - 1]:+g}".replace("-", "−")

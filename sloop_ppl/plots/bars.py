@@ -200,7 +200,7 @@ def plot_latent(posterior: LatentsLike, name: str, *, ax: Axes | None = None) ->
 
 
 def plot_words(
-    words: Mapping[str, float], said: str, *, ax: Axes | None = None, title: str | None = None
+    words: Mapping[str, float], uttered: str, *, ax: Axes | None = None, title: str | None = None
 ) -> Axes:
     """Draw how expected each word was, and which one was said.
 
@@ -208,7 +208,7 @@ def plot_words(
     ----------
     words
         Word -> probability, as ``PhraseCheck.words`` gives them.
-    said
+    uttered
         The word that was said; it is drawn in another colour.
     ax
         Axes to draw on; a new pyplot figure when None.
@@ -226,11 +226,13 @@ def plot_words(
         When there is no word, a number is outside [0, 1], or what was said is none of the words.
     """
     shares = _numbers(words, "words", low=0.0, high=1.0)
-    if said not in shares:
-        raise InputError(f"'{said}' is none of the words {', '.join(shares)}; expected one of them")
+    if uttered not in shares:
+        raise InputError(
+            f"'{uttered}' is none of the words {', '.join(shares)}; expected one of them"
+        )
     ranked = dict(sorted(shares.items(), key=lambda pair: -pair[1]))
     axes = new_axes(ax, width=4.4, height=0.7 + 0.26 * len(ranked))
-    colours = [TARGET_COLOURS[0] if word == said else ACCENTS["prior"] for word in ranked]
+    colours = [TARGET_COLOURS[0] if word == uttered else ACCENTS["prior"] for word in ranked]
     axes.barh(np.arange(len(ranked)), [100 * p for p in ranked.values()], color=colours)
     size = font_pt(width_in(axes)) + 0.5
     axes.set_yticks(np.arange(len(ranked)), list(ranked), fontsize=size)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.plots._axes import fitted, font_pt, new_axes, stroke, width_in
 from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
-from sloop_ppl.plots._frames import draw_frames
+from sloop_ppl.plots._frame_arrows import draw_frames
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
 from sloop_ppl.plots._protocols import PosteriorLike

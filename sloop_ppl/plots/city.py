@@ -122,7 +122,7 @@ def draw_map(
     return layer
 
 
-def spoken_name(landmark: Landmark) -> str:
+def display_name(landmark: Landmark) -> str:
     """Return a landmark's name, or its id taken apart into words."""
     if landmark.name:
         return landmark.name
@@ -177,7 +177,7 @@ def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -
     from sloop_ppl.plots._labels import Label
 
     wanted = [
-        Label(spoken_name(m), m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
+        Label(display_name(m), m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
         for m in mentioned
     ]
     mentioned_ids = {m.id for m in mentioned}
@@ -200,7 +200,7 @@ def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -
             colour, style = palette.water_label, "italic"
         elif landmark.kind == "poi":
             colour, size = palette.poi, 0.85
-        text = spoken_name(landmark)
+        text = display_name(landmark)
         wanted.append(Label(text, landmark.geometry, colour, size, "normal", style))
     return wanted
 

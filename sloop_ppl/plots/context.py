@@ -21,7 +21,7 @@ __all__ = ["plot_context"]
 def plot_context(
     image: NDArray[np.floating],
     *,
-    front_rad: float | None = None,
+    frame_angle_rad: float | None = None,
     title: str | None = None,
     ax: Axes | None = None,
 ) -> Axes:
@@ -32,7 +32,7 @@ def plot_context(
     image
         Greys from 0 to 1, shape (H, W), row 0 in the south; see
         :func:`sloop_ppl.models.frames.context_image`.
-    front_rad
+    frame_angle_rad
         Direction of an arrow from the landmark's middle, radians anticlockwise from east; None for
         no arrow.
     title
@@ -51,13 +51,13 @@ def plot_context(
     axes.imshow(image, origin="lower", cmap="Greys", vmin=0, vmax=1, interpolation="nearest")
     axes.set_xticks([])
     axes.set_yticks([])
-    if front_rad is not None:
+    if frame_angle_rad is not None:
         rows, cols = np.nonzero(image >= image.max())
         middle = float(cols.mean()), float(rows.mean())
         length = 0.25 * min(image.shape)
         tip = (
-            middle[0] + length * math.cos(front_rad),
-            middle[1] + length * math.sin(front_rad),
+            middle[0] + length * math.cos(frame_angle_rad),
+            middle[1] + length * math.sin(frame_angle_rad),
         )
         axes.annotate(
             "", xy=tip, xytext=middle,

@@ -15,7 +15,7 @@ from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
 from sloop_ppl.plots._protocols import FrameLike
-from sloop_ppl.plots.city import draw_map, spoken_name
+from sloop_ppl.plots.city import display_name, draw_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,7 +132,7 @@ def plot_frame(
     axes.plot([x], [y], "o", ms=4, mfc=INK, mec=PAPER, mew=0.7, zorder=4.4)
     layer.avoid(points=[(x, y)])
     size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or f"Front of {spoken_name(landmark)}", size, width_in(axes))
+    fitted_title = fitted(title or f"Front of {display_name(landmark)}", size, width_in(axes))
     axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
     if legend:
         add_legend(axes, handles, layer)

@@ -15,22 +15,22 @@ from sloop_ppl.plots._palette import INK
 from sloop_ppl.plots._protocols import FrameLike, PosteriorLike
 from sloop_ppl.plots.bars import plot_components, plot_influence
 from sloop_ppl.plots.belief import plot_belief
-from sloop_ppl.plots.city import spoken_name
+from sloop_ppl.plots.belief_parts import bits_gained, draw_parts, plot_change
+from sloop_ppl.plots.city import display_name
 from sloop_ppl.plots.frame import plot_frame
-from sloop_ppl.plots.parts import bits_gained, draw_parts, plot_change
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, FigureBase
 
-__all__ = ["Front", "SheetParts", "plot_sheet", "plot_sheets"]
+__all__ = ["FrameRose", "SheetParts", "plot_sheet", "plot_sheets"]
 
 Cells = NDArray[np.float64]
-_MOST_PARTS, _MOST_FRONTS = 6, 2
+_MOST_PARTS, _MOST_ROSES = 6, 2
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class FrameRose:
     """Which way a landmark faces; see :func:`sloop_ppl.plots.plot_frame`.
 
     Parameters
@@ -65,7 +65,7 @@ class SheetParts:
         Probabilities; see :func:`plot_components`.
     influence
         Bits of each relation; see :func:`plot_influence`.
-    fronts
+    roses
         Frames of reference; the first two are drawn.
     prior
         Belief before anything was said, shape (H, W), to draw the change from.
@@ -79,7 +79,7 @@ class SheetParts:
     components: Mapping[str, float] = field(default_factory=dict)
     component_prior: Mapping[str, float] | None = None
     influence: Mapping[str, float] = field(default_factory=dict)
-    fronts: Sequence[Front] = ()
+    roses: Sequence[FrameRose] = ()
     prior: Cells | None = None
     truth: tuple[float, float] | None = None
 
@@ -135,7 +135,7 @@ def plot_sheet(
         components=components or {},
         component_prior=component_prior,
         influence=influence or {},
-        fronts=[Front(frames[0].ground, same)] if frames else [],
+        roses=[FrameRose(frames[0].ground, same)] if frames else [],
         truth=truth,
     )
     return plot_sheets(posterior, {target: sheet})
@@ -184,7 +184,7 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
 
 def _boxes(sheet: SheetParts) -> int:
     bars = bool(sheet.components) + bool(sheet.influence)
-    return bars + len(sheet.fronts[:_MOST_FRONTS]) + (sheet.prior is not None)
+    return bars + len(sheet.roses[:_MOST_ROSES]) + (sheet.prior is not None)
 
 
 def _rows(count: int, alone: bool) -> int:
@@ -248,15 +248,15 @@ def _draw_boxes(axes: list[Axes], posterior: PosteriorLike, target: str, sheet: 
         )
     if sheet.influence:
         plot_influence(sheet.influence, ax=axes.pop(0), title="Influence", label="bits")
-    for front in sheet.fronts[:_MOST_FRONTS]:
+    for rose in sheet.roses[:_MOST_ROSES]:
         plot_frame(
             posterior.city,
-            front.ground,
-            front.posterior,
-            prior=front.prior,
+            rose.ground,
+            rose.posterior,
+            prior=rose.prior,
             ax=axes.pop(0),
             legend=False,
-            title=front.title or _title(posterior, front),
+            title=rose.title or _title(posterior, rose),
         )
     if sheet.prior is not None:
         belief = posterior.belief(target)
@@ -273,7 +273,7 @@ def _draw_boxes(axes: list[Axes], posterior: PosteriorLike, target: str, sheet: 
         ax.set_axis_off()
 
 
-def _title(posterior: PosteriorLike, front: Front) -> str | None:
-    if front.prior is None:
+def _title(posterior: PosteriorLike, rose: FrameRose) -> str | None:
+    if rose.prior is None:
         return None
-    return f"Front of {spoken_name(posterior.city.landmark(front.ground))} (dashed: before)"
+    return f"Front of {display_name(posterior.city.landmark(rose.ground))} (dashed: before)"

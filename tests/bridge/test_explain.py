@@ -117,8 +117,8 @@ def test_a_sheet_holds_everything_that_explains():
     ]
     for table in (*sheet.parts.values(), *sheet.component_maps.values(), sheet.prior):
         assert table.sum() == pytest.approx(1)
-    (front,) = sheet.fronts
-    np.testing.assert_allclose(front.posterior, posterior().frame(TARGET))
+    (rose,) = sheet.roses
+    np.testing.assert_allclose(rose.posterior, posterior().frame(TARGET))
     assert sheet.truth == (1.0, 2.0)
 
 

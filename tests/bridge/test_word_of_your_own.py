@@ -12,7 +12,7 @@ import sloop_ppl as sloop
 from sloop_ppl.bridge.explain import explain_lines
 from sloop_ppl.cli import main
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval import DescribedScene, score_parser
+from sloop_ppl.eval import AnnotatedDescription, score_parser
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import RELATIONS, Relation, SpatialRelation
 from sloop_ppl.maps.rasterise import touched_cells
@@ -44,7 +44,7 @@ def kitty_corner():
         converse=WORD,
         width="across",
         region=turned,
-        spoken=True,
+        speakable=True,
     )
     yield RELATIONS.add(WORD, record)
     RELATIONS.remove(WORD)
@@ -134,7 +134,7 @@ def test_explanations_say_it(kitty_corner):
 
 def test_it_is_a_class_of_its_own_in_scores(kitty_corner):
     gold = SpatialRelation("RedBike", WORD, ("NorwoodTower",))
-    scene = DescribedScene(
+    scene = AnnotatedDescription(
         "one", "austin", "one", "The red bike is kitty-corner from Norwood Tower", {}, (gold,)
     )
     score = score_parser([scene])

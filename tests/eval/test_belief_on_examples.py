@@ -18,12 +18,12 @@ city_of = cache(load_map)
 def ranks(model: str, *, parsed: bool) -> list[float]:
     """Return the rank of each target's true cell: cells believed more, half of those as much."""
     found = []
-    for scene in bundled_examples():
-        city = city_of(scene.map)
-        gold = Description(scene.text, scene.map, scene.objects, scene.relations)
-        said = parse(scene.text, city, targets=scene.objects) if parsed else gold
+    for annotated in bundled_examples():
+        city = city_of(annotated.map)
+        gold = Description(annotated.text, annotated.map, annotated.objects, annotated.relations)
+        said = parse(annotated.text, city, targets=annotated.objects) if parsed else gold
         posterior, _ = infer_description(said, city, model)
-        for target, place in scene.targets.items():
+        for target, place in annotated.targets.items():
             if target in posterior.targets:
                 belief = posterior.belief(target)
             else:  # what was not read gets the uniform belief

@@ -50,30 +50,30 @@ def read(tmp_path):
 
 
 def test_a_line_becomes_a_scene(read):
-    (scene,) = read(line(speaker="s1"))
-    assert (scene.id, scene.map, scene.configuration, scene.speaker) == (
+    (annotated,) = read(line(speaker="s1"))
+    assert (annotated.id, annotated.map, annotated.configuration, annotated.speaker) == (
         "a",
         "cleveland",
         "c",
         "s1",
     )
-    place = scene.targets["GreenToyota"]
+    place = annotated.targets["GreenToyota"]
     assert (place.x_m, place.y_m, place.cell) == (-37.5, -72.5, (6, 12))
-    assert scene.relations == (SpatialRelation("GreenToyota", "behind", ("VelvetDog",)),)
-    assert scene.about("GreenToyota") == scene.relations
-    assert scene.about("RedBike") == ()
+    assert annotated.relations == (SpatialRelation("GreenToyota", "behind", ("VelvetDog",)),)
+    assert annotated.about("GreenToyota") == annotated.relations
+    assert annotated.about("RedBike") == ()
 
 
 def test_configuration_is_the_id_where_absent(read):
-    (scene,) = read(line(configuration=None))
-    assert scene.configuration == "a"
-    assert scene.speaker is None
+    (annotated,) = read(line(configuration=None))
+    assert annotated.configuration == "a"
+    assert annotated.speaker is None
 
 
 def test_the_keys_of_targets_are_the_declared_objects(read):
     place = PLACE
-    (scene,) = read(line(targets={"GreenToyota": place, "MyDog": place, "RedBike": place}))
-    toyota, dog, bike = scene.objects
+    (annotated,) = read(line(targets={"GreenToyota": place, "MyDog": place, "RedBike": place}))
+    toyota, dog, bike = annotated.objects
     assert (toyota.colour, toyota.kind) == ("green", "car")
     assert toyota.names[:2] == ("green toyota", "toyota")
     assert "car" not in toyota.names  # another car may be spoken of: colour decides
@@ -83,18 +83,18 @@ def test_the_keys_of_targets_are_the_declared_objects(read):
 
 def test_objects_of_the_published_data_are_the_default_ones(read):
     names = [t.id for t in DEFAULT_TARGETS]
-    (scene,) = read(line(targets=dict.fromkeys(names, PLACE)))
-    assert scene.objects == DEFAULT_TARGETS
+    (annotated,) = read(line(targets=dict.fromkeys(names, PLACE)))
+    assert annotated.objects == DEFAULT_TARGETS
 
 
 def test_a_line_without_targets_declares_none(read):
-    (scene,) = read(line(targets=None))
-    assert scene.objects == ()
-    assert len(scene.relations) == 1
+    (annotated,) = read(line(targets=None))
+    assert annotated.objects == ()
+    assert len(annotated.relations) == 1
 
 
 def test_entries_of_a_group_are_one_relation_where_the_first_stood(read):
-    (scene,) = read(
+    (annotated,) = read(
         line(
             relations=[
                 entry("at", "West6thSt", group=0),
@@ -105,7 +105,7 @@ def test_entries_of_a_group_are_one_relation_where_the_first_stood(read):
             ]
         )
     )
-    assert [(r.relation, r.grounds, r.negated) for r in scene.relations] == [
+    assert [(r.relation, r.grounds, r.negated) for r in annotated.relations] == [
         ("at", ("West6thSt", "WestSaintClairAvenue"), False),
         ("near", ("HoytBlock",), False),
         ("between", ("HoytBlock", "BarleyHouse"), True),
@@ -113,7 +113,7 @@ def test_entries_of_a_group_are_one_relation_where_the_first_stood(read):
 
 
 def test_between_without_a_group_is_one_relation_for_each_figure(read):
-    (scene,) = read(
+    (annotated,) = read(
         line(
             targets={"GreenToyota": PLACE, "RedBike": PLACE},
             relations=[
@@ -126,7 +126,7 @@ def test_between_without_a_group_is_one_relation_for_each_figure(read):
             ],
         )
     )
-    assert [r.grounds for r in scene.relations] == [
+    assert [r.grounds for r in annotated.relations] == [
         ("HoytBlock", "BarleyHouse"),
         ("West6thSt",),
         ("WestSaintClairAvenue",),
@@ -136,21 +136,21 @@ def test_between_without_a_group_is_one_relation_for_each_figure(read):
 
 def test_frames_are_kept(read):
     frame = {"ground": "VelvetDog", "relation": "front", "front_deg": 33.5, "annotator": "x"}
-    (scene,) = read(line(frames=[frame]))
-    assert scene.frames == (FrameAnnotation("VelvetDog", "front", 33.5, "x"),)
+    (annotated,) = read(line(frames=[frame]))
+    assert annotated.frames == (FrameAnnotation("VelvetDog", "front", 33.5, "x"),)
 
 
 def test_several_files_keep_their_order_and_blank_lines_are_passed_over(tmp_path):
     for name in ("b", "a"):
         (tmp_path / f"{name}.jsonl").write_text(f"\n{line(id=name)}\n\n", encoding="utf-8")
-    scenes = read_descriptions([tmp_path / "b.jsonl", tmp_path / "a.jsonl"])
-    assert [s.id for s in scenes] == ["b", "a"]
+    descriptions = read_descriptions([tmp_path / "b.jsonl", tmp_path / "a.jsonl"])
+    assert [s.id for s in descriptions] == ["b", "a"]
 
 
 def test_cells_are_those_of_the_map_that_is_found(read):
-    (scene,) = read(line(), find_map=lambda name: load_map(name, cell_m=2.5))
+    (annotated,) = read(line(), find_map=lambda name: load_map(name, cell_m=2.5))
     # The file counts on 5 m cells whatever the map's own are.
-    assert scene.targets["GreenToyota"].cell == load_map("cleveland", 2.5).grid.cell_at(
+    assert annotated.targets["GreenToyota"].cell == load_map("cleveland", 2.5).grid.cell_at(
         -37.5, -72.5
     )
 
@@ -298,12 +298,12 @@ def test_an_empty_file_holds_no_description(read, tmp_path):
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the published descriptions are not here")
 def test_the_published_descriptions_are_read_whole():
-    scenes = read_descriptions(sorted(SHARED.glob("*.jsonl")))
-    assert len(scenes) == 64
-    assert sum(len(s.targets) for s in scenes) == 128
-    assert len({s.configuration for s in scenes}) == 47
+    descriptions = read_descriptions(sorted(SHARED.glob("*.jsonl")))
+    assert len(descriptions) == 64
+    assert sum(len(s.targets) for s in descriptions) == 128
+    assert len({s.configuration for s in descriptions}) == 47
     # 207 entries; 19 of them between, in 9 relations.
-    assert sum(len(s.relations) for s in scenes) == 207 - 19 + 9
+    assert sum(len(s.relations) for s in descriptions) == 207 - 19 + 9
 
 
 def test_the_examples_are_read():

@@ -20,16 +20,16 @@ OFFSET_DEG = {"front": 0, "behind": 180, "left": 90, "right": -90}
 
 SCENES = bundled_examples()
 SAID = [
-    pytest.param(scene, relation, id=f"{scene.id}-{relation.figure}-{relation.relation}")
-    for scene in SCENES
-    for relation in scene.relations
+    pytest.param(annotated, relation, id=f"{annotated.id}-{relation.figure}-{relation.relation}")
+    for annotated in SCENES
+    for relation in annotated.relations
 ]
 
 
-def seen_from(scene, relation, ground):
+def seen_from(annotated, relation, ground):
     """Return distance in metres and bearing in radians of the true cell from a ground."""
-    fields = load_map(scene.map).fields(ground)
-    cell = scene.targets[relation.figure].cell
+    fields = load_map(annotated.map).fields(ground)
+    cell = annotated.targets[relation.figure].cell
     return float(fields.distance_m[cell]), float(fields.bearing_rad[cell])
 
 
@@ -45,14 +45,14 @@ def test_every_map_has_examples_of_two_targets():
 
 def test_those_who_describe_one_configuration_saw_the_same_places():
     places = {}
-    for scene in SCENES:
-        assert places.setdefault(scene.configuration, scene.targets) == scene.targets
+    for annotated in SCENES:
+        assert places.setdefault(annotated.configuration, annotated.targets) == annotated.targets
     assert len(places) < len(SCENES)
 
 
 def test_every_target_is_spoken_of():
-    for scene in SCENES:
-        assert {r.figure for r in scene.relations} == set(scene.targets), scene.id
+    for annotated in SCENES:
+        assert {r.figure for r in annotated.relations} == set(annotated.targets), annotated.id
 
 
 def test_one_is_negated_and_one_has_several_grounds():
@@ -61,14 +61,14 @@ def test_one_is_negated_and_one_has_several_grounds():
     assert {r.relation for r in said if len(r.grounds) > 1} >= {"between", "at", "on"}
 
 
-@pytest.mark.parametrize(("scene", "relation"), SAID)
-def test_what_is_said_is_true(scene, relation):
+@pytest.mark.parametrize(("annotated", "relation"), SAID)
+def test_what_is_said_is_true(annotated, relation):
     """Within reach of its grounds, and on the side of them that the word names."""
-    city = load_map(scene.map)
+    city = load_map(annotated.map)
     record = RELATIONS[relation.relation]
     kind = record.relation_class
     for ground in relation.grounds:
-        distance, bearing = seen_from(scene, relation, ground)
+        distance, bearing = seen_from(annotated, relation, ground)
         if relation.negated:
             assert distance > 0
         elif kind == "contact":
@@ -86,12 +86,12 @@ def test_what_is_said_is_true(scene, relation):
 
 
 @pytest.mark.parametrize(
-    ("scene", "relation"), [p for p in SAID if p.values[1].relation == "between"]
+    ("annotated", "relation"), [p for p in SAID if p.values[1].relation == "between"]
 )
-def test_between_lies_between(scene, relation):
+def test_between_lies_between(annotated, relation):
     """The nearest points of the grounds are seen in opposite directions from the true place."""
-    city = load_map(scene.map)
-    place = scene.targets[relation.figure]
+    city = load_map(annotated.map)
+    place = annotated.targets[relation.figure]
     here = shapely.Point(place.x_m, place.y_m)
     lines = [shapely.shortest_line(here, city.footprint(g)) for g in relation.grounds]
     (one, other) = (np.subtract(*shapely.get_coordinates(line)) for line in lines)
@@ -102,10 +102,10 @@ def test_between_lies_between(scene, relation):
 def test_sloop_m4_ranks_the_true_cells_high():
     """Half of the true cells are among the 40 most probable of 1681, given the gold relations."""
     ranks = []
-    for scene in SCENES:
-        said = Description(scene.text, scene.map, scene.objects, scene.relations)
-        posterior, _ = infer_description(said, load_map(scene.map), model="sloop-m4")
-        for target, place in scene.targets.items():
+    for annotated in SCENES:
+        said = Description(annotated.text, annotated.map, annotated.objects, annotated.relations)
+        posterior, _ = infer_description(said, load_map(annotated.map), model="sloop-m4")
+        for target, place in annotated.targets.items():
             belief = posterior.belief(target)
             here = belief[place.cell]
             ranks.append((belief > here).sum() + ((belief == here).sum() - 1) / 2)

@@ -3,7 +3,7 @@
 import pytest
 from scenes import house_and_street, relation, symmetric_grid
 
-from sloop_ppl.eval.descriptions import DescribedScene, Place
+from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
 from sloop_ppl.eval.facts import facts_of
 
 
@@ -14,8 +14,10 @@ def block():
 
 def facts(block, x, y, *relations):
     row, col = block.grid.cell_at(x, y)
-    scene = DescribedScene("s", "block", "c", "", {"RedCar": Place(x, y, (row, col))}, relations)
-    (told,) = facts_of(scene, block)
+    annotated = AnnotatedDescription(
+        "s", "block", "c", "", {"RedCar": Place(x, y, (row, col))}, relations
+    )
+    (told,) = facts_of(annotated, block)
     return told
 
 

@@ -13,9 +13,9 @@ from sloop_ppl.models import preset
 def asked(monkeypatch):
     calls = []
 
-    def refitted(scenes, model, find_map, *, progress=None):
+    def refitted(descriptions, model, find_map, *, progress=None):
         calls.append(model.name)
-        return {scene.map: replace(model, lapse=0.25) for scene in scenes}
+        return {annotated.map: replace(model, lapse=0.25) for annotated in descriptions}
 
     monkeypatch.setattr(fits, "refitted", refitted)
     monkeypatch.setattr(fits, "git_state", lambda: "abc")
@@ -23,11 +23,11 @@ def asked(monkeypatch):
 
 
 def test_what_is_kept_is_not_made_again(asked, tmp_path):
-    scenes, models = bundled_examples(), {"bayes": preset("bayes")}
+    descriptions, models = bundled_examples(), {"bayes": preset("bayes")}
     kept, told = tmp_path / "fits.pkl", []
 
-    def ask(scenes=scenes, models=models):
-        return fits.cross_validated(scenes, models, load_map, kept=kept, progress=told.append)
+    def ask(descriptions=descriptions, models=models):
+        return fits.cross_validated(descriptions, models, load_map, kept=kept, progress=told.append)
 
     first = ask()
     assert first["bayes"]["austin"].lapse == 0.25
@@ -36,7 +36,7 @@ def test_what_is_kept_is_not_made_again(asked, tmp_path):
     assert told == [f"fits taken from {kept}"]
     ask(models={"bayes": replace(preset("bayes"), temper=0.5)})
     assert asked == ["bayes"] * 2
-    ask(scenes=scenes[1:])
+    ask(descriptions=descriptions[1:])
     assert asked == ["bayes"] * 3
     kept.write_bytes(b"something else")
     assert ask() == first

@@ -11,9 +11,9 @@ from support.facing_block import facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval import bundled_examples
-from sloop_ppl.eval.frame_descriptions import score_fronts_in_words, second_stage
+from sloop_ppl.eval.frame_descriptions import score_described_frames, second_stage
 from sloop_ppl.eval.frame_files import frame_lines, score_frames
-from sloop_ppl.eval.frame_scores import FrontScores, fit_points, score_front, spread_points
+from sloop_ppl.eval.frame_scores import FrameScores, fit_points, score_frame, spread_points
 from sloop_ppl.eval.frames import FOLDS, cross_validate_frames
 from sloop_ppl.maps import write_map
 from sloop_ppl.models.frames import FrameDistribution, FramePart
@@ -23,17 +23,17 @@ ARC = 2 * math.pi / 24
 
 
 def test_uniform_is_worth_one_in_24_and_90_degrees():
-    score = score_front(UNIFORM, 1.0)
+    score = score_frame(UNIFORM, 1.0)
     assert score.log_score == pytest.approx(-math.log(24))
     assert score.deviation_deg == 90
     assert (score.in50, score.in90) == pytest.approx((0.5, 0.9))
 
 
 def test_a_point_is_right_or_worth_nothing():
-    right = score_front(FrameDistribution.points((0.3,)), 0.3)
+    right = score_frame(FrameDistribution.points((0.3,)), 0.3)
     assert (right.deviation_deg, right.log_score) == pytest.approx((0, 0))
     assert (right.in50, right.in90) == pytest.approx((0.5, 0.9))
-    wrong = score_front(FrameDistribution.points((0.3,)), 0.3 - math.pi)
+    wrong = score_frame(FrameDistribution.points((0.3,)), 0.3 - math.pi)
     assert wrong.deviation_deg == pytest.approx(180)
     assert wrong.log_score == pytest.approx(math.log(1e-300))
     assert (wrong.in50, wrong.in90) == (0, 0)
@@ -42,7 +42,7 @@ def test_a_point_is_right_or_worth_nothing():
 def test_levels_of_two_points_by_hand():
     """.7 at east, .3 at north: the 50 % arc is 5/7 of the eastern one, the 90 % arc both but .1."""
     two = FrameDistribution((FramePart(0.0, math.inf, 0.7), FramePart(math.pi / 2, math.inf, 0.3)))
-    east, north = score_front(two, 0.0), score_front(two, math.pi / 2)
+    east, north = score_frame(two, 0.0), score_frame(two, math.pi / 2)
     assert (east.in50, east.in90) == pytest.approx((5 / 7, 1))
     assert (north.in50, north.in90) == pytest.approx((0, 2 / 3))
 
@@ -53,17 +53,17 @@ def test_arcs_of_an_honest_prediction_hold_what_they_say():
     rng = np.random.default_rng(0)
     angles, mass = frame.bins(1440)
     drawn = rng.choice(angles, size=600, p=mass / mass.sum())
-    scores = FrontScores.of([score_front(frame, float(a)) for a in drawn])
+    scores = FrameScores.of([score_frame(frame, float(a)) for a in drawn])
     assert scores.arc50 == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(600))
     assert scores.arc90 == pytest.approx(0.9, abs=4 * 0.3 / math.sqrt(600))
 
 
 def test_deviations_go_round_the_circle_and_average_over_equal_modes():
-    assert score_front(FrameDistribution.points((3.1,)), -3.1).deviation_deg == pytest.approx(
+    assert score_frame(FrameDistribution.points((3.1,)), -3.1).deviation_deg == pytest.approx(
         math.degrees(2 * math.pi - 6.2)
     )
     both = FrameDistribution.points((0.0, math.pi))
-    assert score_front(both, 0.0).deviation_deg == pytest.approx(90)
+    assert score_frame(both, 0.0).deviation_deg == pytest.approx(90)
 
 
 def test_the_best_spread_of_points_is_found():
@@ -139,9 +139,9 @@ def test_recipes_are_checked_before_the_work(tmp_path):
 
 
 def test_predictors_meet_on_what_people_said():
-    scenes = bundled_examples()
-    found = score_fronts_in_words(
-        scenes, ("ego-ctx", "nearest-street"), rng=np.random.default_rng(0)
+    descriptions = bundled_examples()
+    found = score_described_frames(
+        descriptions, ("ego-ctx", "nearest-street"), rng=np.random.default_rng(0)
     )
     assert found.n > 3
     gap, (low, high) = found.paired["ego-ctx-nearest-street"]
@@ -150,7 +150,7 @@ def test_predictors_meet_on_what_people_said():
     assert low <= gap <= high
     assert list(found.to_json()) == ["n", "predictors", "paired"]
     with pytest.raises(InputError, match="No description says front, behind, left or right"):
-        score_fronts_in_words((), rng=np.random.default_rng(0))
+        score_described_frames((), rng=np.random.default_rng(0))
 
 
 def test_the_second_stage_wants_both_of_its_files(tmp_path):

@@ -3,7 +3,7 @@ import pytest
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.corruption import merge_maps, misspell
-from sloop_ppl.eval.descriptions import DescribedScene
+from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.parsing import score_parser
 from sloop_ppl.language import Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps, load_map
@@ -14,7 +14,7 @@ GOLD = (
     SpatialRelation("RedBike", "near", ("Ivy",)),
     SpatialRelation("GreenToyota", "between", ("Rumor", "Ivy")),
 )
-SCENE = DescribedScene("one", "cleveland", "one", "some text", relations=GOLD)
+SCENE = AnnotatedDescription("one", "cleveland", "one", "some text", relations=GOLD)
 
 
 def says(*relations):
@@ -59,7 +59,7 @@ def test_json_has_the_agreed_keys():
 
 
 def test_nothing_to_find_and_nothing_found_is_perfect():
-    empty = DescribedScene("two", "cleveland", "two", "hello")
+    empty = AnnotatedDescription("two", "cleveland", "two", "hello")
     assert score_parser([empty], parser=says()).tuple_f1 == 1.0
 
 
@@ -72,7 +72,7 @@ def test_declared_targets_are_handed_to_the_parser():
 
     from sloop_ppl.eval.descriptions import Place
 
-    declared = DescribedScene(
+    declared = AnnotatedDescription(
         "three", "cleveland", "three", "x", targets={"RedHonda": Place(0.0, 0.0, (20, 20))}
     )
     score_parser([declared, SCENE], parser=parser)
@@ -87,8 +87,8 @@ def test_maps_are_merged_under_their_names():
 
 
 def test_a_name_that_two_maps_share_is_read_on_the_map_spoken_of():
-    scenes = [
-        DescribedScene(
+    descriptions = [
+        AnnotatedDescription(
             city,
             city,
             city,
@@ -104,7 +104,7 @@ def test_a_name_that_two_maps_share_is_read_on_the_map_spoken_of():
         )
     ]
     merged = [load_map(name) for name in bundled_maps()]
-    assert score_parser(scenes, merged=merged).tuple_f1 == 1.0
+    assert score_parser(descriptions, merged=merged).tuple_f1 == 1.0
 
 
 @pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
@@ -130,8 +130,8 @@ def test_spelling_does_not_depend_on_the_other_descriptions():
         return Description(text, city.name, (), ())
 
     long = "behind the building across from another building " * 5
-    scenes = [DescribedScene(i, "cleveland", i, long) for i in ("a", "b")]
-    for some in (scenes, scenes[1:]):
+    descriptions = [AnnotatedDescription(i, "cleveland", i, long) for i in ("a", "b")]
+    for some in (descriptions, descriptions[1:]):
         score_parser(some, parser=parser, misspelt=0.5, rng=np.random.default_rng(0))
     assert texts[1] == texts[2] != texts[0]
 
@@ -139,7 +139,7 @@ def test_spelling_does_not_depend_on_the_other_descriptions():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"scenes": []}, "There is no description to score; expected at least one"),
+        ({"descriptions": []}, "There is no description to score; expected at least one"),
         (
             {"misspelt": 1.5, "rng": np.random.default_rng(0)},
             "The share of misspelt words is 1.5; expected 0 to 1",
@@ -150,5 +150,5 @@ def test_spelling_does_not_depend_on_the_other_descriptions():
 )
 def test_bad_arguments(given, message):
     with pytest.raises(InputError) as caught:
-        score_parser(**({"scenes": [SCENE]} | given))
+        score_parser(**({"descriptions": [SCENE]} | given))
     assert str(caught.value).startswith(message)

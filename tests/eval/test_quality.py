@@ -47,19 +47,19 @@ def test_ties_count_by_half(grid):
 
 
 @pytest.fixture(scope="module")
-def scenes():
-    return [scene for scene in bundled_examples() if scene.map == "austin"][:3]
+def descriptions():
+    return [annotated for annotated in bundled_examples() if annotated.map == "austin"][:3]
 
 
-def score(scenes, *names, **options):
+def score(descriptions, *names, **options):
     models = {name: preset(name) for name in names}
-    return score_beliefs(scenes, models, rng=np.random.default_rng(0), **options)
+    return score_beliefs(descriptions, models, rng=np.random.default_rng(0), **options)
 
 
-def test_the_baselines_are_what_they_must_be(scenes):
-    quality = score(scenes, "uniform", "informed")
+def test_the_baselines_are_what_they_must_be(descriptions):
+    quality = score(descriptions, "uniform", "informed")
     uniform, informed = quality.models["uniform"], quality.models["informed"]
-    n = sum(len(scene.targets) for scene in scenes)
+    n = sum(len(annotated.targets) for annotated in descriptions)
     assert (uniform.n, informed.n) == (n, n)
     assert uniform.mean_log_score == pytest.approx(-math.log(1681))
     assert uniform.ci95 == pytest.approx((-math.log(1681),) * 2)
@@ -69,35 +69,35 @@ def test_the_baselines_are_what_they_must_be(scenes):
     assert told.mean == pytest.approx(uniform.mean_log_score - informed.mean_log_score)
 
 
-def test_what_was_not_read_is_uniform_and_not_dropped(scenes):
-    silent = [replace(scene, relations=scene.relations[:1]) for scene in scenes]
+def test_what_was_not_read_is_uniform_and_not_dropped(descriptions):
+    silent = [replace(annotated, relations=annotated.relations[:1]) for annotated in descriptions]
     quality = score(silent, "bayes", "informed").models["bayes"]
     unread = [
         scored
         for scored in quality.scores
-        if not any(s.about(scored.target) for s in silent if s.id == scored.scene)
+        if not any(s.about(scored.target) for s in silent if s.id == scored.description)
     ]
-    assert len(unread) == quality.n - len(scenes)
+    assert len(unread) == quality.n - len(descriptions)
     assert all(s.score.log_score == pytest.approx(-math.log(1681)) for s in unread)
-    nonsense = [replace(scene, text="hello there") for scene in scenes]
+    nonsense = [replace(annotated, text="hello there") for annotated in descriptions]
     parsed = score(nonsense, "bayes", "informed", relations="parsed")
     assert parsed.models["bayes"].mean_log_score == pytest.approx(-math.log(1681))
     assert parsed.models["informed"].mean_log_score > -5.5
 
 
-def test_the_same_call_gives_the_same_interval(scenes):
-    assert score(scenes, "bayes", "sloop") == score(scenes, "bayes", "sloop")
+def test_the_same_call_gives_the_same_interval(descriptions):
+    assert score(descriptions, "bayes", "sloop") == score(descriptions, "bayes", "sloop")
 
 
-def test_a_paired_interval_does_not_depend_on_the_other_models(scenes):
-    alone = score(scenes, "bayes", "uniform").paired["bayes-uniform"]
-    among = score(scenes, "sloop", "bayes", "uniform").paired["bayes-uniform"]
+def test_a_paired_interval_does_not_depend_on_the_other_models(descriptions):
+    alone = score(descriptions, "bayes", "uniform").paired["bayes-uniform"]
+    among = score(descriptions, "sloop", "bayes", "uniform").paired["bayes-uniform"]
     assert alone == among
 
 
-def test_a_line_without_places_is_passed_over(scenes):
-    placeless = replace(scenes[0], id="other", targets={})
-    assert score([*scenes, placeless], "uniform") == score(scenes, "uniform")
+def test_a_line_without_places_is_passed_over(descriptions):
+    placeless = replace(descriptions[0], id="other", targets={})
+    assert score([*descriptions, placeless], "uniform") == score(descriptions, "uniform")
     with pytest.raises(InputError, match="No description says where its targets are"):
         score([placeless], "uniform")
 

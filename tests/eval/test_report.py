@@ -9,7 +9,7 @@ from support.small_sweeps import request
 
 from sloop_ppl.cli import main
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.facts import SaidRelation, TargetFacts
+from sloop_ppl.eval.facts import RelationFacts, TargetFacts
 from sloop_ppl.eval.paper_tables import frame_table, table_one, table_two
 from sloop_ppl.eval.report import make_report, write_docs, write_report
 from sloop_ppl.eval.results import Results, read_results
@@ -38,11 +38,11 @@ MANIFEST = {
 
 
 def near(good=None):
-    return SaidRelation("near", "proximity", ("A",), False, good)
+    return RelationFacts("near", "proximity", ("A",), False, good)
 
 
 def front(good):
-    return SaidRelation("front", "front", ("A",), False, good)
+    return RelationFacts("front", "front", ("A",), False, good)
 
 
 def results(said, rewards, steps=10, **changes):

@@ -16,7 +16,7 @@ MAPS = ("austin", "cleveland", "denver")
 
 
 @pytest.fixture
-def scenes():
+def descriptions():
     chosen = [s for s in bundled_examples() if s.map in MAPS]
     return [next(s for s in chosen if s.map == name) for name in MAPS]
 
@@ -47,7 +47,7 @@ def told(monkeypatch):
     return scores
 
 
-def test_the_choice_never_sees_the_map_it_is_scored_on(scenes, told):
+def test_the_choice_never_sees_the_map_it_is_scored_on(descriptions, told):
     a, b = replace(preset("sloop-m4"), name="a"), replace(preset("sloop-m4"), name="b")
     for left_out in MAPS:
         rest = frozenset(MAPS) - {left_out}
@@ -56,7 +56,7 @@ def test_the_choice_never_sees_the_map_it_is_scored_on(scenes, told):
         for scored in rest:
             told["a", rest - {scored}, scored] = -1.0
             told["b", rest - {scored}, scored] = -2.0
-    found = select_model(scenes, {"a": a, "b": b})
+    found = select_model(descriptions, {"a": a, "b": b})
     assert found.chosen == dict.fromkeys(MAPS, "a")
     assert found.winner == "b"
     assert found.fitted.provenance["used"] == frozenset(MAPS)
@@ -66,10 +66,10 @@ def test_the_choice_never_sees_the_map_it_is_scored_on(scenes, told):
         assert found.quality["b"][left_out].name == ("b", frozenset(MAPS) - {left_out})
 
 
-def test_a_choice_takes_three_maps(scenes):
+def test_a_choice_takes_three_maps(descriptions):
     two = {name: CANDIDATES[name] for name in FAMILIES[:2]}
     with pytest.raises(InputError, match="2 models to fit and descriptions of 2 maps; expected"):
-        select_model(scenes[:2], two)
+        select_model(descriptions[:2], two)
 
 
 def test_the_fit_of_bayes_starts_where_no_map_was_seen():

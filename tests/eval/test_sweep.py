@@ -118,7 +118,7 @@ def test_a_full_disk_leaves_what_is_done(done, tmp_path, monkeypatch):
         room[0] -= len(data)
         return wrote(handle, data)
 
-    monkeypatch.setattr("sloop_ppl.eval.parts.os.write", write)
+    monkeypatch.setattr("sloop_ppl.eval.trial_files.os.write", write)
     with pytest.raises(OutputError, match=r"No space left on device; what is done stays valid"):
         sweep_files(request(tmp_path))
     (part,) = (tmp_path / "run" / "parts").glob("*.jsonl")
@@ -144,7 +144,7 @@ def test_every_faulty_line_is_listed_or_passed_over(tmp_path):
     assert told.endswith("Correct these lines, or pass over them with --skip-bad")
     assert not (tmp_path / "run").exists()
     passed = []
-    folder = sweep_files(request(tmp_path, models="uniform", skip_bad=True), tell=passed.append)
+    folder = sweep_files(request(tmp_path, models="uniform", skip_bad=True), notify=passed.append)
     assert {t["description"] for t in table_of(folder)} == {"two"}
     assert len(passed) == 3
     assert passed[0].startswith("passed over ")
@@ -217,9 +217,9 @@ def test_an_unfinished_sweep_is_not_reported(done, tmp_path):
 
 
 USERS = """
-def flat(term, front_rad):
+def flat(term, frame_angle_rad):
     even = term.distance_m * 0.0 - 0.5
-    return even if front_rad is None else even + 0.0 * front_rad[:, None]
+    return even if frame_angle_rad is None else even + 0.0 * frame_angle_rad[:, None]
 """
 
 
@@ -238,7 +238,7 @@ def test_two_workers_do_a_model_of_the_user_s(done, tmp_path):
 @pytest.mark.slow
 def test_a_worker_s_fault_is_told_in_its_own_words(tmp_path):
     file = tmp_path / "mine.py"
-    file.write_text("def flat(term, front_rad):\n    return term.nothing\n")
+    file.write_text("def flat(term, frame_angle_rad):\n    return term.nothing\n")
     with pytest.raises(OutputError, match=r"^log_g of 'mine.py:flat' fails for relation"):
         sweep_files(request(tmp_path, models=f"{file}:flat,sloop", workers=2))
 

@@ -48,4 +48,4 @@ def test_csv_has_a_column_for_each_end():
 
 
 def test_digits():
-    assert Estimate(-1.234, -2.0, -0.001, digits=2).told() == "−1.23 [−2.00, 0.00]"
+    assert Estimate(-1.234, -2.0, -0.001, digits=2).text() == "−1.23 [−2.00, 0.00]"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 import torch
-from support.facing_block import facing_town, fronts
+from support.facing_block import facing_rad, facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference.frame_examples import (
@@ -29,8 +29,8 @@ from sloop_ppl.inference.frame_training import (
     training_command,
 )
 from sloop_ppl.maps import CityMap, Grid, Landmark, write_map
-from sloop_ppl.models import FRAME_PREDICTORS, RelationTerm
-from sloop_ppl.models.frames import FramePart, Outputs, TrainedFrames, log_density, predict_fronts
+from sloop_ppl.models import FRAME_PREDICTORS, GroundedRelation
+from sloop_ppl.models.frames import FramePart, Outputs, TrainedFrames, log_density, predict_frames
 
 SMALL = Recipe(epochs=4, batch=32)
 TOWNS = {f"town{i}": facing_town(f"town{i}", turn_rad=0.4 * i, seed=i) for i in range(2)}
@@ -46,8 +46,8 @@ def examples_of(city, **options):
 
 def test_labels_are_the_directions_to_the_streets_of_addresses():
     town = facing_town()
-    labels = {label.building: label.front_rad for label in address_labels(town)}
-    assert labels == pytest.approx(fronts(town))
+    labels = {label.building: label.frame_angle_rad for label in address_labels(town)}
+    assert labels == pytest.approx(facing_rad(town))
 
 
 def test_an_address_whose_street_is_far_tells_nothing():
@@ -59,7 +59,7 @@ def test_an_address_whose_street_is_far_tells_nothing():
         box = shapely.box(-5, wall, 5, wall + 10)
         house = Landmark("H", "building", box, properties={"addr:street": "Far St"})
         found[wall] = address_labels(CityMap("m", grid, (street, house)))
-    assert [label.front_rad for label in found[55]] == pytest.approx([-math.pi / 2])
+    assert [label.frame_angle_rad for label in found[55]] == pytest.approx([-math.pi / 2])
     assert found[65] == []
 
 
@@ -76,11 +76,11 @@ def test_a_batch_turns_pictures_directions_and_labels_alike():
     """The label is always the direction to one of the streets, and the picture shows it there."""
     examples = examples_of(facing_town())
     batch = examples.batch(torch.arange(len(examples)), torch.Generator().manual_seed(3))
-    gap = torch.cos(batch.bearing_rad - batch.front_rad[:, None])
+    gap = torch.cos(batch.bearing_rad - batch.frame_angle_rad[:, None])
     assert torch.where(batch.there, gap, -1).max(1).values.min() > 1 - 1e-5
     at = torch.arange(28) - 13.5
     rows, cols = torch.meshgrid(at, at, indexing="ij")
-    ahead = torch.cos(torch.atan2(rows, cols) - batch.front_rad[:, None, None]) > 0.9
+    ahead = torch.cos(torch.atan2(rows, cols) - batch.frame_angle_rad[:, None, None]) > 0.9
     near = torch.hypot(rows, cols) < 9
     streets = batch.pictures[:, 1]
     in_front = (streets * (ahead & near)).sum((1, 2))
@@ -148,13 +148,13 @@ def test_a_network_learns_which_street_counts_and_is_sure_of_it():
     assert info.losses[-1] < info.losses[0] - 1
     town = TOWNS["town1"]
     labels = address_labels(town)
-    made = predict_fronts(TrainedFrames(network), town, [label.building for label in labels])
-    right = [abs(math.remainder(front.modes()[0] - label.front_rad, 2 * math.pi)) < 0.3
+    made = predict_frames(TrainedFrames(network), town, [label.building for label in labels])
+    right = [abs(math.remainder(front.modes()[0] - label.frame_angle_rad, 2 * math.pi)) < 0.3
              for front, label in zip(made, labels, strict=True)]  # fmt: skip
     rule = FRAME_PREDICTORS["nearest-street"]
     ruled = [
         abs(math.remainder(
-            rule(RelationTerm("front", (one.building,), town)).modes()[0] - one.front_rad,
+            rule(GroundedRelation("front", (one.building,), town)).modes()[0] - one.frame_angle_rad,
             2 * math.pi,
         )) < 0.3
         for one in labels
@@ -168,7 +168,7 @@ def test_the_papers_recipe_trains_and_knows_its_errors():
     network, info = train_frames(examples_of(facing_town()), recipe, rng=rng())
     assert info.epochs == 2
     assert 0 < torch.sigmoid(network.angle_lapse) < 1
-    (front,) = predict_fronts(TrainedFrames(network), facing_town(), ["House1n5"])
+    (front,) = predict_frames(TrainedFrames(network), facing_town(), ["House1n5"])
     assert front.binned(24).sum() == pytest.approx(1)
 
 

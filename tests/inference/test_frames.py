@@ -177,7 +177,7 @@ def test_gains_are_those_of_the_joint_posterior(kappa, negated):
     told = FramePosterior(posterior.joint, posterior.factors[framed.which], TARGET, framed)
     angles = np.array(posterior.joint.support(f"{TARGET}/frame_0"))
     expected = posterior.joint.probabilities(f"{TARGET}/frame_0")
-    mass = model.front_prior(framed.term).bins(len(angles))[1]
+    mass = model.frame_prior_for(framed.term).bins(len(angles))[1]
     for gain in (told.gain, told.gain_between):
         p = mass * gain(angles)
         np.testing.assert_allclose(p / p.sum(), expected, atol=1e-7)

@@ -117,7 +117,7 @@ def test_draws_name_what_they_are_of(drawn):
     np.testing.assert_allclose(found.dataset["weights"].sum("component"), 1)
     assert float(found.dataset["kappa_compass_spread"].min()) > 0
     assert found.speakers == ("Ann", "Bo")
-    assert "weights[careless]" in found.r_hat
+    assert "weights[uninformative]" in found.r_hat
     assert found.ess["kappa_compass_by_speaker[Bo]"] > 0
     assert found.provenance["targets"] == 8
     assert found.provenance["seed"] == "1"

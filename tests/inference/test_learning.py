@@ -15,8 +15,8 @@ from sloop_ppl.eval import bundled_examples
 from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.inference import infer_description
 from sloop_ppl.inference.free_parameters import FreeParameters
-from sloop_ppl.inference.known_cells import BeliefScore, WordScore, known_cells
 from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, maximise
+from sloop_ppl.inference.supervised_scores import BeliefScore, WordScore, supervised_score
 from sloop_ppl.models import LIKELIHOODS, UNFITTED_BAYES, preset
 from sloop_ppl.models.likelihoods import StudentVonMisesLikelihood
 from sloop_ppl.models.simulate import SPEAKER, simulate
@@ -65,14 +65,14 @@ def slopes(known, free):
 def test_every_learnt_number_has_the_right_gradient(examples, model):
     learn = ["near_m", "tail", "kappa_frame", "lapse", "temper", "kappa", "weights"]
     free = FreeParameters(model, learn)
-    known = known_cells(examples, free)
+    known = supervised_score(examples, free)
     assert isinstance(known, BeliefScore)
     assert bool((slopes(known, free).abs() > 1e-6).all())
 
 
 def test_a_speaker_s_numbers_have_the_right_gradient(examples):
     free = FreeParameters(SPEAKER, ["near_m", "tail", "kappa_frame", "lapse", "kappa", "weights"])
-    known = known_cells(examples, free)
+    known = supervised_score(examples, free)
     assert isinstance(known, WordScore)
     assert bool((slopes(known, free).abs() > 1e-6).all())
 
@@ -88,7 +88,7 @@ def test_the_words_at_a_known_cell_have_the_evidence_of_that_cell():
     cells = [divmod(i, city.grid.n_cols) for i in range(city.grid.size)]
     everywhere = [Example(said, city, {"RedBike": cell}) for cell in cells]
     free = FreeParameters(SPEAKER, ["lapse"])
-    known = known_cells(everywhere, free)
+    known = supervised_score(everywhere, free)
     log_p = known.scores(free, free.start, {})
     belief = infer_description(said, city, SPEAKER)[0].belief("RedBike")
     np.testing.assert_allclose(torch.softmax(log_p, 0), belief.reshape(-1), rtol=1e-6)
@@ -98,12 +98,12 @@ def test_deviations_move_the_numbers_of_a_speaker(examples):
     spoken = [replace(one, speaker="ab"[i % 2]) for i, one in enumerate(examples)]
     for model in (SPEAKER, replace(SPEAKER, normalisation="map")):
         free = FreeParameters(model, ["near_m", "kappa"])
-        known = known_cells(spoken, free, ("a", "b"))
+        known = supervised_score(spoken, free, ("a", "b"))
         away = {i: torch.tensor([0.4, -0.3], dtype=torch.float64) for i in range(2)}
         total = float(known.scores(free, free.start, away).sum())
         each = 0.0
         for i, speaker in enumerate("ab"):
-            own = known_cells([one for one in spoken if one.speaker == speaker], free)
+            own = supervised_score([one for one in spoken if one.speaker == speaker], free)
             z = free.start + torch.stack([away[0][i], away[1][i]])
             each += float(own.scores(free, z, {}).sum())
         assert total == pytest.approx(each, abs=1e-9)
@@ -164,7 +164,7 @@ def test_a_cell_off_the_map(examples, model):
 
 def test_a_score_that_is_no_number_is_refused(examples):
     class Broken:
-        size, told = 1, "score"
+        size, score_name = 1, "score"
 
         def scores(self, free, z, deviations):
             return z.sum()[None] * math.nan
@@ -176,7 +176,7 @@ def test_a_score_that_is_no_number_is_refused(examples):
 class Walled:
     """A score that is no number, or an error, beyond a place short of its maximum."""
 
-    size, told = 1, "score"
+    size, score_name = 1, "score"
 
     def __init__(self, beyond):
         self.beyond = beyond
@@ -249,7 +249,7 @@ def test_few_directions_find_the_numbers_that_all_do(examples, model, monkeypatc
 class Gaussian:
     """A score whose maximum and curvature are known by hand."""
 
-    size, told = 1, "score"
+    size, score_name = 1, "score"
 
     def scores(self, free, z, deviations):
         return -0.5 * (4 * (z[0] - 1) ** 2 + 2 * (z[0] - 1) * z[1] + 3 * z[1] ** 2)[None]
@@ -284,7 +284,7 @@ def test_intervals_are_symmetric_in_the_numbers(examples):
     odds = math.log(0.85 / 0.15)
     for end, sign in zip(ends["weights:literal"], (-1, 1), strict=True):
         assert math.log(end / (1 - end)) == pytest.approx(odds + sign * 2 * 0.5**0.5)
-    assert sum(ends["weights:careless"]) == pytest.approx(2 - sum(ends["weights:literal"]))
+    assert sum(ends["weights:uninformative"]) == pytest.approx(2 - sum(ends["weights:literal"]))
 
 
 TRUTH = ("contact_m", "near_m", "directed_m", "tail", "kappa_compass", "kappa_frame")

@@ -49,7 +49,7 @@ def test_other_engines_run_it_too(engine):
 
 @pytest.mark.parametrize("model", [None, 3, GaussianLikelihood()])
 def test_what_is_no_model_is_refused(model):
-    with pytest.raises(InputError, match=r"expected a name of .* or a Preset"):
+    with pytest.raises(InputError, match=r"expected a name of .* or an ObservationModel"):
         infer_description(SAID, CITY, model)
 
 

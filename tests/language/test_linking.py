@@ -1,7 +1,7 @@
 import pytest
 
 from sloop_ppl.language.linking import link_landmarks
-from sloop_ppl.language.names import name_index
+from sloop_ppl.language.name_index import name_index
 from sloop_ppl.language.words import split_words
 from sloop_ppl.maps import load_map
 

@@ -54,16 +54,16 @@ def check(text, name, pipelines=(ours, blank)):
 
 
 def test_bundled_examples():
-    read = [check(scene.text, scene.map) for scene in bundled_examples()]
+    read = [check(annotated.text, annotated.map) for annotated in bundled_examples()]
     assert sum(len(said.relations) for said in read) >= 50
 
 
 @pytest.mark.parametrize("file", ["hard_dev.jsonl", "hard_scored.jsonl"])
 def test_the_hard_set(file):
-    scenes = read_descriptions(DATA / file)
-    assert len(scenes) >= 60
-    for scene in scenes:
-        check(scene.text, scene.map)
+    descriptions = read_descriptions(DATA / file)
+    assert len(descriptions) >= 60
+    for annotated in descriptions:
+        check(annotated.text, annotated.map)
 
 
 def quoted_in_docs():

@@ -10,7 +10,7 @@ from sloop_ppl.cli import main
 from sloop_ppl.errors import UnknownName
 from sloop_ppl.eval import read_descriptions
 from sloop_ppl.eval.parsing import score_parser
-from sloop_ppl.eval.quality import read_scene
+from sloop_ppl.eval.quality import read_annotated
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import RELATIONS, Description, SpatialRelation, TargetObject
 
@@ -94,12 +94,12 @@ def test_lines_of_a_description_file_have_one(tmp_path):
     }  # fmt: skip
     file = tmp_path / "a.jsonl"
     file.write_text(json.dumps(line))
-    (scene,) = read_descriptions(file)
-    assert scene.viewpoint == "ground"
-    assert [r.relation for r in scene.relations] == ["at"]
-    assert score_parser([scene]).tuple_f1 == 1
+    (annotated,) = read_descriptions(file)
+    assert annotated.viewpoint == "ground"
+    assert [r.relation for r in annotated.relations] == ["at"]
+    assert score_parser([annotated]).tuple_f1 == 1
     for relations in ("gold", "parsed"):
-        _, description = read_scene(scene, CITY, relations)
+        _, description = read_annotated(annotated, CITY, relations)
         assert [r.relation for r in description.relations] == ["at"]
         assert description.viewpoint == "ground"
     file.write_text(json.dumps({**line, "viewpoint": "sky"}))

@@ -140,11 +140,11 @@ def test_it_learns_what_places_are_drawn_from():
 
 
 def test_the_registered_one_is_learnt_from_the_bundled_examples():
-    cities = {scene.map: sloop.load_map(scene.map) for scene in bundled_examples()}
+    cities = {annotated.map: sloop.load_map(annotated.map) for annotated in bundled_examples()}
     places = [
-        (cities[scene.map], (place.x_m, place.y_m))
-        for scene in bundled_examples()
-        for place in scene.targets.values()
+        (cities[annotated.map], (place.x_m, place.y_m))
+        for annotated in bundled_examples()
+        for place in annotated.targets.values()
     ]
     registered, learnt = CELL_PRIORS["learnt"], learn_cells(places)
     assert registered.counts == learnt.counts

@@ -86,7 +86,7 @@ FAULTS = {
             if a is not None
             else -torch.from_numpy(term.city.fields(term.ground).distance_m).reshape(-1) / 20
         ),
-        r"'on' of an area at 5 of its cells .RelationTerm.at. has shape .576,.; expected .5,.",
+        r"'on' of an area at 5 of its cells .GroundedRelation.at. has shape .576,.; expected .5,.",
     ),
     "cells that mix": (
         lambda log_g, term, a: log_g - log_g.detach().max(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sloop_ppl.models._regions import ground_distance_m
+from sloop_ppl.models._reference_regions import ground_distance_m
 from tests.scenes import house_and_street, symmetric_grid
 
 

@@ -169,7 +169,7 @@ def test_a_frame_that_only_one_meaning_has():
     assert exact.framed(TARGET) == exact.frames(TARGET) == ()  # no one frame to tell of
     joint = exact.joint.probabilities("sense", f"{TARGET}/frame_0")
     np.testing.assert_allclose(joint.sum(1), exact.latent("sense"), atol=1e-9)
-    _, mass = model.front_prior(exact.grounded(TARGET)[0]).bins(72)
+    _, mass = model.frame_prior_for(exact.grounded(TARGET)[0]).bins(72)
     np.testing.assert_allclose(joint[1] / joint[1].sum(), mass, atol=1e-9)  # tells nothing of it
     assert np.abs(joint[0] / joint[0].sum() - mass).max() > 1e-3
     assert exact.draws(TARGET, 3, rng=np.random.default_rng(0)).sizes["draw"] == 3

@@ -16,7 +16,7 @@ from support.facing_block import facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
-from sloop_ppl.models import RelationTerm
+from sloop_ppl.models import GroundedRelation
 from sloop_ppl.models.frames import (
     FRAME_PREDICTORS,
     FrameNetwork,
@@ -27,7 +27,7 @@ from sloop_ppl.models.frames import (
     frame_predictor,
     load_weights,
     log_density,
-    predict_fronts,
+    predict_frames,
     save_weights,
     shipped_weights,
 )
@@ -38,7 +38,7 @@ NAMES = ("ego-ctx", "ctx", "ego")
 
 
 def front_of(city, name, predictor="ego-ctx"):
-    return FRAME_PREDICTORS[predictor](RelationTerm("front", (name,), city))
+    return FRAME_PREDICTORS[predictor](GroundedRelation("front", (name,), city))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -68,8 +68,8 @@ def test_the_order_in_which_landmarks_are_asked_for_is_irrelevant():
     city = load_map("denver")
     ids = [b.id for b in city.of_kind("building")][:6]
     trained = load_weights(shipped_weights("ego-ctx"))
-    forward = predict_fronts(trained, city, ids)
-    backward = predict_fronts(trained, city, ids[::-1])[::-1]
+    forward = predict_frames(trained, city, ids)
+    backward = predict_frames(trained, city, ids[::-1])[::-1]
     for one, two in zip(forward, backward, strict=True):
         np.testing.assert_allclose(one.binned(24), two.binned(24), atol=1e-5)
 
@@ -81,12 +81,12 @@ def test_many_predictions_are_those_made_one_by_one():
     city = CityMap("more", denver.grid, (*denver.landmarks, far))
     ids = [landmark.id for landmark in city.landmarks]
     trained = load_weights(shipped_weights("ego-ctx"))
-    many = predict_fronts(trained, city, ids * 6)
+    many = predict_frames(trained, city, ids * 6)
     for name, *found in zip(ids, many, many[-len(ids) :], strict=False):
-        (one,) = predict_fronts(trained, city, [name])
+        (one,) = predict_frames(trained, city, [name])
         for front in found:
             np.testing.assert_allclose(front.binned(24), one.binned(24), atol=1e-5)
-    assert predict_fronts(trained, city, []) == []
+    assert predict_frames(trained, city, []) == []
 
 
 def by_hand(network, pictures, bearing, features, there):

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.models import PRESETS, Component, Preset, preset
+from sloop_ppl.models import PRESETS, Component, ObservationModel, preset
 
 
 def test_the_papers_six_methods_and_ours():
@@ -46,8 +46,8 @@ def test_only_sloop_has_a_paper_variant():
 def test_a_model_needs_a_component_and_a_sane_lapse():
     parts = {"likelihood": preset("sloop").likelihood, "frame_prior": preset("sloop").frame_prior}
     with pytest.raises(InputError, match="has no component"):
-        Preset("mine", (), **parts)
+        ObservationModel("mine", (), **parts)
     with pytest.raises(InputError, match="lapse 1; expected 0 <= lapse < 1"):
-        Preset("mine", (Component("product"),), lapse=1, **parts)
+        ObservationModel("mine", (Component("product"),), lapse=1, **parts)
     with pytest.raises(InputError, match="weight 0; expected a positive number"):
         Component("product", 0)

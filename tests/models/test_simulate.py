@@ -19,7 +19,7 @@ from sloop_ppl.models.simulate import (
     simulate,
 )
 from sloop_ppl.models.vocabulary import in_english, speakable_grounds, speaker_words
-from tests.phrases import log_phrase_given_front
+from tests.phrases import log_phrase_given_frame
 
 DECLARED = replace(SPEAKER, latents=(Latent("mood", ("good", "bad"), (0.5, 0.5)),))
 
@@ -60,7 +60,7 @@ def test_words_are_chosen_as_inference_weighs_them(city):
     for (front, cell), chances in zip(places, chosen, strict=True):
         weighed = [
             float(
-                log_phrase_given_front(
+                log_phrase_given_frame(
                     about.term.as_relation(word), city, unfailing, np.array([front])
                 )[0, cell].exp()
             )
@@ -85,10 +85,10 @@ def test_latents_follow_their_priors(city):
     names = [f"T{i}" for i in range(600)]
     told = simulate(city, names, np.random.default_rng(5), phrases=2).latents
     drawn = [told[name] for name in names]
-    careless = np.mean([one.component == "careless" for one in drawn])
+    uninformative = np.mean([one.component == "uninformative" for one in drawn])
     slips = np.mean([slip for one in drawn for slip in one.lapses])
     # Five standard deviations: fails by chance once in a million.
-    assert careless == pytest.approx(0.15, abs=5 * (0.15 * 0.85 / 600) ** 0.5)
+    assert uninformative == pytest.approx(0.15, abs=5 * (0.15 * 0.85 / 600) ** 0.5)
     assert slips == pytest.approx(0.1, abs=5 * (0.1 * 0.9 / 1200) ** 0.5)
     rows = np.array([one.cell for one in drawn])
     np.testing.assert_allclose(rows.mean(0), 20, atol=5 * 11.8 / 600**0.5)

@@ -23,10 +23,10 @@ def test_what_becomes_of_bayes():
     assert speaker.temper == speaker.error_m == 0
     assert speaker.lapse == listener.lapse
     assert speaker.likelihood == listener.likelihood
-    literal, careless = speaker.components
+    literal, uninformative = speaker.components
     assert literal == Component("literal", listener.components[0].weight)
-    assert (careless.name, careless.combine) == ("careless", "idle")
-    assert careless.weight == pytest.approx(listener.components[1].weight)
+    assert (uninformative.name, uninformative.combine) == ("uninformative", "uninformative")
+    assert uninformative.weight == pytest.approx(listener.components[1].weight)
     assert speaker_of(speaker) is speaker
     assert speaker_of(SPEAKER) == SPEAKER
 

@@ -128,8 +128,8 @@ def test_a_file_that_is_not_there(tmp_path):
 @pytest.mark.parametrize(("name", "kind"), [("NUMBER", "int"), ("needs_three", "function")])
 def test_something_else_is_no_model(mine, name, kind):
     assert refused(f"{mine}:{name}") == (
-        f"Model 'mine.py:{name}' is a {kind}; expected a Preset, a likelihood with a method "
-        "log_g(term, direction_rad), or a function log_g(term, direction_rad)"
+        f"Model 'mine.py:{name}' is a {kind}; expected an ObservationModel, a likelihood with a "
+        "method log_g(term, direction_rad), or a function log_g(term, direction_rad)"
     )
 
 

@@ -75,7 +75,7 @@ def test_the_robot_is_drawn_where_it_is_and_the_names_stay(cleveland: CityMap) -
 
 def test_what_happened_is_told_step_by_step(cleveland: CityMap) -> None:
     scene = _Scene(short_search(cleveland), cleveland, [], ())
-    assert [(scene._headline(i), scene._told(i)) for i in range(6)] == [
+    assert [(scene._headline(i), scene._caption(i)) for i in range(6)] == [
         ("Step 0 of 5: start", "Looking for Cup, Hat"),
         ("Step 1 of 5: forward", "sees nothing, reward −10"),
         ("Step 2 of 5: find", "nothing found here, sees nothing, reward −1000"),

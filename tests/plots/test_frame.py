@@ -10,7 +10,7 @@ from plots_fakes import Frame
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.plots import frame_bins, plot_frame
-from sloop_ppl.plots._frames import circular_sd_rad
+from sloop_ppl.plots._frame_arrows import circular_sd_rad
 from sloop_ppl.plots.frame import _petals
 
 

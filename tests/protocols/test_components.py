@@ -23,7 +23,7 @@ from sloop_ppl.models import (
 )
 from sloop_ppl.models.presets import Normalisation
 from sloop_ppl.models.vocabulary import speaker_words
-from tests.phrases import log_phrase, log_phrase_given_front
+from tests.phrases import log_phrase, log_phrase_given_frame
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(6.0, -8.0), street_y=20.0)
@@ -159,7 +159,7 @@ def test_a_phrase_is_the_mean_over_its_fronts(name):
         (term,) = ground_relations((word,), CITY)
         prior = model.frame_prior(term.as_relation("front") if name == "speaker" else term)
         fronts, mass = prior.bins(720)
-        given = log_phrase_given_front(term, CITY, model, fronts).exp()
+        given = log_phrase_given_frame(term, CITY, model, fronts).exp()
         mean = torch.from_numpy(mass) @ given
         torch.testing.assert_close(mean, log_phrase(term, CITY, model).exp(), rtol=1e-4, atol=1e-7)
 
@@ -185,7 +185,7 @@ def test_speaker_makes_words_a_distribution_at_every_cell():
     model = replace(with_normalisation("speaker"), lapse=0.0)
     fronts = np.linspace(-np.pi, np.pi, 7)
     total = sum(
-        log_phrase_given_front(term, CITY, model, fronts).exp()
+        log_phrase_given_frame(term, CITY, model, fronts).exp()
         for term in ground_relations(
             tuple(relation(word, "House") for word in speaker_words()), CITY
         )

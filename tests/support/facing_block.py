@@ -49,7 +49,7 @@ def _way(way_id: str, kind: str, name: str | None, y: float, width_m: float) -> 
     return Landmark(way_id, kind, line, name=name, width_m=width_m)
 
 
-def fronts(city: CityMap) -> dict[str, float]:
+def facing_rad(city: CityMap) -> dict[str, float]:
     """Return which way each house of an unturned town faces: up in odd rows, down in even ones."""
     return {
         house.id: math.pi / 2 if int(house.id[5]) % 2 else -math.pi / 2

@@ -15,11 +15,11 @@ from sloop_ppl.maps.osm.buildings import Buildings
 from sloop_ppl.maps.osm.coast import sea
 from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
 from sloop_ppl.maps.osm.feature import OsmData
+from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.osm.landmarks import landmarks_of
 from sloop_ppl.maps.osm.merge import merge_pieces
 from sloop_ppl.maps.osm.pieces import pieces_of, projected
 from sloop_ppl.maps.osm.reader import Bounds, file_bounds, read_osm
-from sloop_ppl.maps.osm.report import ImportReport
 
 __all__ = ["ATTRIBUTION", "build_map", "import_osm"]
 
@@ -91,15 +91,15 @@ def import_osm(
 
 
 def build_map(
-    data: OsmData, grid: Grid, name: str, report: ImportReport, tell: Callable[[str], None]
+    data: OsmData, grid: Grid, name: str, report: ImportReport, notify: Callable[[str], None]
 ) -> CityMap:
     """Make a map of features in degrees; `report` counts what happens to them."""
-    tell(f"sorting out {len(data.features)} features")
+    notify(f"sorting out {len(data.features)} features")
     features = projected(data.features, grid)
     pieces = merge_pieces(pieces_of(features, grid, report), report)
     if (water := sea(features, grid)) is not None:
         pieces.append(water)
-    tell(f"furnishing {len(pieces)} landmarks")
+    notify(f"furnishing {len(pieces)} landmarks")
     buildings = Buildings(pieces)
     buildings.take_doors(features, grid.to_lonlat, report)
     buildings.take_addresses(features, data.street_of, report)

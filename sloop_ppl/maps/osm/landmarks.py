@@ -8,8 +8,8 @@ from typing import Any
 
 from sloop_ppl.maps.landmark import KINDS, Landmark
 from sloop_ppl.maps.osm.feature import source_key
+from sloop_ppl.maps.osm.feature_names import aliases, local_languages
 from sloop_ppl.maps.osm.measures import height_m, road_width_m
-from sloop_ppl.maps.osm.names import aliases, local_languages
 from sloop_ppl.maps.osm.pieces import Piece
 from sloop_ppl.maps.symbols import camel_case, unique
 

@@ -10,8 +10,8 @@ from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.maps.osm.feature import source_key
+from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.osm.pieces import Piece
-from sloop_ppl.maps.osm.report import ImportReport
 from sloop_ppl.maps.shapes import parts_of_dimension
 from sloop_ppl.maps.symbols import folded
 

@@ -12,8 +12,8 @@ from shapely.geometry.base import BaseGeometry
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.osm.classify import Sort, classify, is_underground
 from sloop_ppl.maps.osm.feature import OsmFeature
-from sloop_ppl.maps.osm.names import name_of
-from sloop_ppl.maps.osm.report import ImportReport
+from sloop_ppl.maps.osm.feature_names import name_of
+from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.shapes import clip, repair
 
 __all__ = ["Piece", "pieces_of", "projected"]

@@ -11,10 +11,10 @@ from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
 from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
+from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.osm.mend import Unmade, mended
 from sloop_ppl.maps.osm.ordered import NotInOrder, drawn_id, ordered_copy
 from sloop_ppl.maps.osm.refusal import unreadable
-from sloop_ppl.maps.osm.report import ImportReport
 
 __all__ = ["Bounds", "file_bounds", "read_osm"]
 

@@ -3,8 +3,8 @@
 import pytest
 
 from sloop_ppl.maps.osm.classify import classify, is_underground
+from sloop_ppl.maps.osm.feature_names import address, aliases, local_languages, name_of
 from sloop_ppl.maps.osm.measures import ROAD_WIDTH_M, height_m, length_m, road_width_m
-from sloop_ppl.maps.osm.names import address, aliases, local_languages, name_of
 from sloop_ppl.maps.symbols import camel_case, folded, unique
 
 

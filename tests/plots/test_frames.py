@@ -13,7 +13,7 @@ from sloop_ppl.maps import load_map
 from sloop_ppl.models.frames import FrameDistribution, FramePart, context_image
 from sloop_ppl.plots.context import plot_context
 from sloop_ppl.plots.deviations import draw_deviations, plot_deviations
-from sloop_ppl.plots.fronts import plot_fronts
+from sloop_ppl.plots.frames import plot_frames
 
 NORTH = FrameDistribution((FramePart(math.pi / 2, 50.0, 0.9),), lapse=0.1)
 
@@ -28,7 +28,7 @@ def roses(ax):
 
 def test_a_rose_points_where_its_building_faces():
     city = load_map("cleveland")
-    ax = plot_fronts(city, {"BallBuilding": NORTH}, ax=axes())
+    ax = plot_frames(city, {"BallBuilding": NORTH}, ax=axes())
     (rose,) = roses(ax)
     x, y = city.centroid("BallBuilding")
     far = rose.get_path().vertices - (x, y)
@@ -38,10 +38,10 @@ def test_a_rose_points_where_its_building_faces():
 
 def test_every_building_that_is_given_gets_a_rose():
     city = load_map("cleveland")
-    fronts = {b.id: NORTH for b in city.of_kind("building")[:5]}
-    assert len(roses(plot_fronts(city, fronts, ax=axes()))) == 5
+    frames = {b.id: NORTH for b in city.of_kind("building")[:5]}
+    assert len(roses(plot_frames(city, frames, ax=axes()))) == 5
     with pytest.raises(UnknownName):
-        plot_fronts(city, {"Nowhere": NORTH}, ax=axes())
+        plot_frames(city, {"Nowhere": NORTH}, ax=axes())
 
 
 def test_boxes_are_drawn_in_order_with_their_numbers():
@@ -63,7 +63,7 @@ def test_the_row_in_place_of_people_is_labelled_as_such():
 def test_a_picture_is_drawn_with_south_at_the_bottom_and_its_front():
     city = load_map("cleveland")
     image = context_image(city, "BallBuilding")
-    ax = plot_context(image, front_rad=math.pi / 2, title="EGO-CTX", ax=axes())
+    ax = plot_context(image, frame_angle_rad=math.pi / 2, title="EGO-CTX", ax=axes())
     assert ax.images[0].origin == "lower"
     np.testing.assert_array_equal(ax.images[0].get_array(), image)
     (arrow,) = ax.texts

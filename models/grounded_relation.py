@@ -17,21 +17,21 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import RELATIONS, WHOLE_MAP, Relation, SpatialRelation
 from sloop_ppl.maps import CityMap, LandmarkFields
-from sloop_ppl.models._regions import (
-    Sense,
+from sloop_ppl.models._reference_regions import (
+    ReferenceRegion,
     distance_from,
     ground_distance_m,
     is_map,
-    sense_of,
+    reference_region_of,
     shape_fields,
 )
 from sloop_ppl.models.vocabulary import speaker_words
 
-__all__ = ["RelationTerm", "ground_relations", "spoken", "word_options"]
+__all__ = ["GroundedRelation", "as_vocabulary_word", "ground_relations", "word_options"]
 
 
 @dataclass(frozen=True, eq=False)
-class RelationTerm:
+class GroundedRelation:
     """One relation to its ground or grounds, with their fields flattened over cells.
 
     Shape legend: S cells, row 0 in the south, row by row.
@@ -46,7 +46,7 @@ class RelationTerm:
         The map.
     negated
         True when the relation was denied.
-    said_distance_m
+    stated_distance_m
         The distance that was said, metres, or None.
     index
         Position of the relation this term comes from among those of its figure.
@@ -69,7 +69,7 @@ class RelationTerm:
     grounds: tuple[str, ...]
     city: CityMap
     negated: bool = False
-    said_distance_m: float | None = None
+    stated_distance_m: float | None = None
     index: int = 0
     joint: bool = False
     each: bool = False
@@ -112,15 +112,15 @@ class RelationTerm:
         return "proximity" if width == "directed" and self.is_map else width
 
     @cached_property
-    def sense(self) -> Sense | None:
+    def reference_region(self) -> ReferenceRegion | None:
         """What the relation measures from; None when that is simply its ground."""
-        return sense_of(self.relation, self.record, self.grounds, self.city, self.joint)
+        return reference_region_of(self.relation, self.record, self.grounds, self.city, self.joint)
 
     @property
     def fields(self) -> LandmarkFields:
         """The fields of what the relation measures from, shape (H, W)."""
-        if self.sense is not None:
-            return shape_fields(self.sense.shape, self.city.grid)
+        if self.reference_region is not None:
+            return shape_fields(self.reference_region.shape, self.city.grid)
         return self.city.fields(self.ground)
 
     @cached_property
@@ -130,16 +130,16 @@ class RelationTerm:
         For a corner it is the distance to the farther ground, for between, across, along and the
         map's sides that to the region they mean.
         """
-        sense, city = self.sense, self.city
-        if sense is None:
+        reference_region, city = self.reference_region, self.city
+        if reference_region is None:
             table = ground_distance_m(city, self.ground)
-        elif sense.grounds:
-            each = [ground_distance_m(city, ground) for ground in sense.grounds]
+        elif reference_region.grounds:
+            each = [ground_distance_m(city, ground) for ground in reference_region.grounds]
             table = np.maximum.reduce(each)
         else:
-            shape = sense.shape
+            shape = reference_region.shape
             table = distance_from(city.grid, lambda grid: shape_fields(shape, grid))
-        return self._told(table)
+        return self._at_cells(table)
 
     @cached_property
     def off_m(self) -> Tensor:
@@ -148,19 +148,19 @@ class RelationTerm:
         It is `distance_m` itself unless a distance was said: "20 m from the bank" means the ring.
         A likelihood that falls off with this reads said distances by itself.
         """
-        if self.said_distance_m is None:
+        if self.stated_distance_m is None:
             return self.distance_m
-        return (self.distance_m - self.said_distance_m).abs()
+        return (self.distance_m - self.stated_distance_m).abs()
 
     @cached_property
     def on_ground(self) -> Tensor:
         """True on the cells the relation measures from, shape (S,)."""
-        return self._told(self.fields.cells)
+        return self._at_cells(self.fields.cells)
 
     @cached_property
     def bearing_rad(self) -> Tensor:
         """Direction from the ground's centroid, shape (S,)."""
-        return self._told(self.fields.bearing_rad)
+        return self._at_cells(self.fields.bearing_rad)
 
     @cached_property
     def nearest_bearing_rad(self) -> Tensor:
@@ -171,7 +171,7 @@ class RelationTerm:
         east = grid.x_m[None, :] - grid.x_m[cols]
         on_ground = self.fields.cells
         bearing = np.where(on_ground, self.fields.bearing_rad, np.arctan2(north, east))
-        return self._told(bearing)
+        return self._at_cells(bearing)
 
     @cached_property
     def outward_rad(self) -> Tensor:
@@ -179,20 +179,20 @@ class RelationTerm:
 
         A street has no middle that one is north of; a building has.
         """
-        along = self.form == "line" and self.sense is None
+        along = self.form == "line" and self.reference_region is None
         return self.nearest_bearing_rad if along else self.bearing_rad
 
     @cached_property
     def has_direction(self) -> Tensor:
         """False where `outward_rad` says nothing: on a line, at a centroid, shape (S,)."""
-        if self.form == "line" and self.sense is None:
+        if self.form == "line" and self.reference_region is None:
             return ~self.on_ground
         return ~self.at_centroid
 
     @cached_property
     def at_centroid(self) -> Tensor:
         """True where a cell's centre is the ground's centroid, so has no direction, shape (S,)."""
-        return self._told(self.fields.from_centroid_m < 1e-6)
+        return self._at_cells(self.fields.from_centroid_m < 1e-6)
 
     @property
     def extent_m(self) -> float:
@@ -217,7 +217,11 @@ class RelationTerm:
     @property
     def outline(self) -> BaseGeometry:
         """What the relation measures from, as a shape on the map, metres."""
-        return self.city.footprint(self.ground) if self.sense is None else self.sense.shape
+        return (
+            self.city.footprint(self.ground)
+            if self.reference_region is None
+            else self.reference_region.shape
+        )
 
     @property
     def kind(self) -> str:
@@ -242,12 +246,12 @@ class RelationTerm:
         """Direction of a compass relation, None for the others and for the map's own sides."""
         return None if self.is_map else self.record.bearing_rad
 
-    def directions(self, fronts_rad: Tensor | None) -> Tensor | None:
+    def directions(self, frame_angles_rad: Tensor | None) -> Tensor | None:
         """Return the directions the relation points in.
 
         Parameters
         ----------
-        fronts_rad
+        frame_angles_rad
             Directions its ground may face, radians, shape (B,).
 
         Returns
@@ -257,7 +261,7 @@ class RelationTerm:
             None for a relation without direction.
         """
         if self.needs_frame:
-            return None if fronts_rad is None else fronts_rad + self.offset_rad
+            return None if frame_angles_rad is None else frame_angles_rad + self.offset_rad
         if self.compass_rad is None:
             return None
         return torch.tensor([self.compass_rad], dtype=torch.float64)
@@ -269,7 +273,7 @@ class RelationTerm:
             self.relation,
             self.grounds,
             self.negated,
-            self.said_distance_m,
+            self.stated_distance_m,
             self.joint,
             tuple(sorted(self.latents.items())),
         )
@@ -293,9 +297,9 @@ class RelationTerm:
     def place_m(self) -> Tensor:
         """Centre of each cell, (x, y) metres, shape (S, 2)."""
         x, y = np.meshgrid(self.city.grid.x_m, self.city.grid.y_m)
-        return torch.stack([self._told(x), self._told(y)], -1)
+        return torch.stack([self._at_cells(x), self._at_cells(y)], -1)
 
-    def at(self, cells: NDArray[np.intp]) -> RelationTerm:
+    def at(self, cells: NDArray[np.intp]) -> GroundedRelation:
         """Return the same relation with fields of some cells only, shape (S,) for S of them.
 
         Parameters
@@ -305,23 +309,23 @@ class RelationTerm:
         """
         return replace(self, cells=cells)
 
-    def with_latent(self, name: str, value: Any) -> RelationTerm:
+    def with_latent(self, name: str, value: Any) -> GroundedRelation:
         """Return the same relation under a value of a latent; see `latents`."""
         return replace(self, latents={**self.latents, name: value})
 
-    def _told(self, table: NDArray[Any]) -> Tensor:
+    def _at_cells(self, table: NDArray[Any]) -> Tensor:
         """Return a table over the map, (H, W), at the cells that this term is about, (S,)."""
         flat = table.reshape(-1)
         return torch.from_numpy(flat if self.cells is None else flat[self.cells])
 
-    def as_relation(self, word: str) -> RelationTerm:
+    def as_relation(self, word: str) -> GroundedRelation:
         """Return the same grounds in another relation, asserted."""
-        return replace(self, relation=word, negated=False, said_distance_m=None)
+        return replace(self, relation=word, negated=False, stated_distance_m=None)
 
 
 def ground_relations(
     relations: tuple[SpatialRelation, ...], city: CityMap, joint: bool = False
-) -> tuple[RelationTerm, ...]:
+) -> tuple[GroundedRelation, ...]:
     """Return the terms of the relations, in the order they were said.
 
     Parameters
@@ -348,12 +352,12 @@ def ground_relations(
     for index, relation in enumerate(relations):
         grounds = tuple(_ground_id(ground, city) for ground in relation.grounds)
         terms += [
-            RelationTerm(
+            GroundedRelation(
                 relation=relation.relation,
                 grounds=together,
                 city=city,
                 negated=relation.negated,
-                said_distance_m=relation.distance_m,
+                stated_distance_m=relation.distance_m,
                 index=index,
                 joint=joint,
                 figure=relation.figure,
@@ -364,7 +368,7 @@ def ground_relations(
     return tuple(terms)
 
 
-def word_options(term: RelationTerm) -> tuple[tuple[RelationTerm, ...], int]:
+def word_options(term: GroundedRelation) -> tuple[tuple[GroundedRelation, ...], int]:
     """Return all that could have been said of a term's grounds, and the index of what was.
 
     Notes
@@ -379,7 +383,7 @@ def word_options(term: RelationTerm) -> tuple[tuple[RelationTerm, ...], int]:
     return (*options, replace(term, negated=False)), len(options)
 
 
-def spoken(term: RelationTerm) -> RelationTerm:
+def as_vocabulary_word(term: GroundedRelation) -> GroundedRelation:
     """Return a relation as the word of the speaker's vocabulary that it counts as."""
     options, chosen = word_options(term)
     return replace(options[chosen], negated=term.negated)

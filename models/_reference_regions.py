@@ -26,7 +26,7 @@ from sloop_ppl.registry import Registry
 __all__ = [
     "REFERENCE_CELL_M",
     "REGIONS",
-    "Sense",
+    "ReferenceRegion",
     "across_region",
     "along_region",
     "between_region",
@@ -35,7 +35,7 @@ __all__ = [
     "is_map",
     "map_region",
     "meeting_point",
-    "sense_of",
+    "reference_region_of",
     "shape_fields",
 ]
 
@@ -52,7 +52,7 @@ _LEAST_WIDTH_M = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Sense:
+class ReferenceRegion:
     """What a relation measures from.
 
     Parameters
@@ -73,9 +73,9 @@ def is_map(city: CityMap, ground: str) -> bool:
     return ground == WHOLE_MAP and ground not in city
 
 
-def sense_of(
+def reference_region_of(
     relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap, joint: bool
-) -> Sense | None:
+) -> ReferenceRegion | None:
     """Return what a relation measures from; None when it is simply its one ground.
 
     Parameters
@@ -96,16 +96,16 @@ def sense_of(
     across and along as near.
     """
     if is_map(city, grounds[0]):
-        return Sense(map_region(city.grid, record))
+        return ReferenceRegion(map_region(city.grid, record))
     if not joint:
         return None
-    key = f"sense {RELATIONS.changes} of {relation} {' '.join(grounds)}"
-    return city.derived(key, lambda: _joint_sense(relation, record, grounds, city))
+    key = f"reference region {RELATIONS.changes} of {relation} {' '.join(grounds)}"
+    return city.derived(key, lambda: _joint_region(relation, record, grounds, city))
 
 
-def _joint_sense(
+def _joint_region(
     relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap
-) -> Sense | None:
+) -> ReferenceRegion | None:
     if record.region is not None and record.takes(len(grounds)):
         return _own_region(relation, record.region, grounds, city)
     if len(grounds) == 1:
@@ -113,12 +113,12 @@ def _joint_sense(
     lines = [city.landmark(ground).geometry for ground in grounds]
     crossing = all("LineString" in line.geom_type for line in lines)
     shapes = lines if crossing else [city.footprint(ground) for ground in grounds]
-    return Sense(meeting_point(shapes), grounds)
+    return ReferenceRegion(meeting_point(shapes), grounds)
 
 
 def _own_region(
     relation: str, region: str | Region, grounds: tuple[str, ...], city: CityMap
-) -> Sense | None:
+) -> ReferenceRegion | None:
     shape: object = (REGIONS[region] if isinstance(region, str) else region)(city, grounds)
     if shape is None:
         return None
@@ -128,7 +128,7 @@ def _own_region(
             f"The region of relation '{relation}' to {' and '.join(grounds)} is {found}; "
             "expected a shape in metres, or None for the grounds themselves"
         )
-    return Sense(shape)
+    return ReferenceRegion(shape)
 
 
 def _along(city: CityMap, grounds: tuple[str, ...]) -> BaseGeometry:

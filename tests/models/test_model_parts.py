@@ -18,7 +18,7 @@ from sloop_ppl.models import (
     intervene,
     preset,
 )
-from sloop_ppl.models.parts import model_from_parts, parts_of
+from sloop_ppl.models.model_parts import model_from_parts, parts_of
 from sloop_ppl.models.tuning import with_parameters
 from tests.mixture import MIXTURE
 
@@ -65,7 +65,7 @@ def test_numbers_and_switches_come_back():
     model = replace(
         model,
         normalisation="speaker",
-        components=(*model.components, Component("idle", 0.1, combine="idle")),
+        components=(*model.components, Component("uninformative", 0.1, combine="uninformative")),
     )
     assert again(model) == model
 

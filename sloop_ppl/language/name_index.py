@@ -34,7 +34,7 @@ class Name:
         Canonical words.
     weights
         How much each word tells, in (0, 1].
-    telling
+    informative
         Whether each word alone can give the landmark away.
     total
         Sum of the weights.
@@ -43,7 +43,7 @@ class Name:
     landmark: int
     tokens: tuple[str, ...]
     weights: tuple[float, ...]
-    telling: tuple[bool, ...]
+    informative: tuple[bool, ...]
     total: float
 
 
@@ -151,7 +151,7 @@ class NameIndex:
             token
             for name in self.names
             if self.landmarks[name.landmark].kind in _STREET_KINDS
-            for token, is_informative in zip(name.tokens, name.telling, strict=True)
+            for token, is_informative in zip(name.tokens, name.informative, strict=True)
             if is_informative
         }
         found = set()
@@ -159,7 +159,7 @@ class NameIndex:
             landmark = self.landmarks[name.landmark]
             informative = [
                 t
-                for t, is_informative in zip(name.tokens, name.telling, strict=True)
+                for t, is_informative in zip(name.tokens, name.informative, strict=True)
                 if is_informative
             ]
             joined = re.search(r"[&+/]| and ", landmark.name or "")

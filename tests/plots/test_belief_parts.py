@@ -7,7 +7,7 @@ from plots_fakes import FakePosterior, blob
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.plots import plot_change, plot_relations, plot_sheet, save_figure
-from sloop_ppl.plots.parts import bits_gained
+from sloop_ppl.plots.belief_parts import bits_gained
 
 
 def titles(figure) -> list[str]:

@@ -21,13 +21,26 @@ from sloop_ppl.inference._enumeration import description_tables
 from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import Preset, Program, RelationTerm, ground_description, program_data
+from sloop_ppl.models import (
+    GroundedRelation,
+    ObservationModel,
+    Program,
+    ground_description,
+    program_data,
+)
 from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.program import log_words
-from sloop_ppl.models.terms import word_options
 from sloop_ppl.models.vocabulary import speaker_words
 
-__all__ = ["BeliefScore", "Example", "KnownCells", "WordScore", "belief_scores", "known_cells"]
+__all__ = [
+    "BeliefScore",
+    "Example",
+    "SupervisedScore",
+    "WordScore",
+    "belief_scores",
+    "supervised_score",
+]
 
 Deviations = Mapping[int, Tensor]
 """Number -> how far each speaker's is from the population's, shape (speakers,)."""
@@ -56,28 +69,28 @@ class Example:
 
 
 @dataclass(frozen=True, eq=False)
-class _Known:
+class _KnownTarget:
     """One target whose cell is known, and what was said of it."""
 
-    terms: tuple[RelationTerm, ...]
+    terms: tuple[GroundedRelation, ...]
     city: CityMap
     cell: int
     speaker: int
 
 
-class KnownCells(Protocol):
+class SupervisedScore(Protocol):
     """What a set of examples says of a model, with `size` targets."""
 
     size: int
-    told: str
+    score_name: str
 
     def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
         """Return a log score per target at some numbers, shape (N,)."""
 
 
-def known_cells(
+def supervised_score(
     examples: Sequence[Example], free: FreeParameters, speakers: Sequence[str] = ()
-) -> KnownCells:
+) -> SupervisedScore:
     """Return what examples are scored by: words where the model gives them a chance, else belief.
 
     Parameters
@@ -95,19 +108,21 @@ def known_cells(
         When no example knows a cell of which something was said, a cell is not on its map, or
         speakers are wanted and an example has none.
     """
-    known = _known(examples, free.model, speakers)
-    return WordScore(known) if free.speaks else BeliefScore(known)
+    targets = _known_targets(examples, free.model, speakers)
+    return WordScore(targets) if free.is_generative else BeliefScore(targets)
 
 
-def belief_scores(examples: Sequence[Example], model: Preset) -> Tensor:
+def belief_scores(examples: Sequence[Example], model: ObservationModel) -> Tensor:
     """Return the log belief at each known cell, map by map, shape (N,)."""
-    groups = BeliefScore(_known(examples, model, ())).groups
+    groups = BeliefScore(_known_targets(examples, model, ())).groups
     with torch.no_grad():
         return torch.cat([_log_beliefs(model, None, group) for group in groups])
 
 
-def _known(examples: Sequence[Example], model: Preset, speakers: Sequence[str]) -> list[_Known]:
-    known = []
+def _known_targets(
+    examples: Sequence[Example], model: ObservationModel, speakers: Sequence[str]
+) -> list[_KnownTarget]:
+    targets = []
     for i, example in enumerate(examples):
         if speakers and example.speaker is None:
             raise InputError(
@@ -123,21 +138,23 @@ def _known(examples: Sequence[Example], model: Preset, speakers: Sequence[str]) 
                     f"{rows - 1} and columns 0 to {cols - 1}"
                 )
             if grounded.get(target):
-                known.append(_Known(grounded[target], example.city, row * cols + col, speaker))
-    if not known:
+                targets.append(
+                    _KnownTarget(grounded[target], example.city, row * cols + col, speaker)
+                )
+    if not targets:
         raise InputError("No example says anything of a target whose cell is known")
-    return known
+    return targets
 
 
 class BeliefScore:
     """The log belief at the known cells, every model's score; maps are scored whole."""
 
-    told = "log score of known cells"
+    score_name = "log score of known cells"
 
-    def __init__(self, known: Sequence[_Known]) -> None:
-        self.size = len(known)
-        parted: dict[tuple[str, int], list[_Known]] = {}
-        for one in known:
+    def __init__(self, targets: Sequence[_KnownTarget]) -> None:
+        self.size = len(targets)
+        parted: dict[tuple[str, int], list[_KnownTarget]] = {}
+        for one in targets:
             parted.setdefault((one.city.digest, one.speaker), []).append(one)
         self.groups = list(parted.values())
 
@@ -147,13 +164,15 @@ class BeliefScore:
         found = []
         for group in self.groups:
             own = list(z)
-            for i, away in deviations.items():
-                own[i] = z[i] + away[group[0].speaker]
+            for i, offset in deviations.items():
+                own[i] = z[i] + offset[group[0].speaker]
             found.append(_log_beliefs(free.at(own), weights, group))
         return torch.cat(found)
 
 
-def _log_beliefs(model: Preset, log_weights: Tensor | None, group: Sequence[_Known]) -> Tensor:
+def _log_beliefs(
+    model: ObservationModel, log_weights: Tensor | None, group: Sequence[_KnownTarget]
+) -> Tensor:
     """Return the log belief at the known cells of one map, differentiable, shape (N,)."""
     relations = {str(n): one.terms for n, one in enumerate(group)}
     data = program_data(relations, group[0].city, model)
@@ -168,10 +187,10 @@ def _log_beliefs(model: Preset, log_weights: Tensor | None, group: Sequence[_Kno
 
 
 @dataclass(frozen=True, eq=False)
-class _Spoken:
+class _GroundPhrases:
     """All phrases about one ground: what could have been said, and what was, at known cells."""
 
-    options: tuple[RelationTerm, ...]
+    options: tuple[GroundedRelation, ...]
     words: NDArray[np.intp]
     denied: NDArray[np.bool_]
     target: Tensor
@@ -181,17 +200,19 @@ class _Spoken:
 class WordScore:
     """The log probability of what was said, given the known cell: phrases ground by ground."""
 
-    told = "log probability of what was said of known cells"
+    score_name = "log probability of what was said of known cells"
 
-    def __init__(self, known: Sequence[_Known]) -> None:
-        self.size = len(known)
-        self._phrases = torch.tensor([len(one.terms) for one in known], dtype=torch.float64)
-        met: dict[Hashable, list[tuple[int, RelationTerm]]] = {}
-        for n, one in enumerate(known):
+    def __init__(self, targets: Sequence[_KnownTarget]) -> None:
+        self.size = len(targets)
+        self._phrases = torch.tensor([len(one.terms) for one in targets], dtype=torch.float64)
+        met: dict[Hashable, list[tuple[int, GroundedRelation]]] = {}
+        for n, one in enumerate(targets):
             for term in one.terms:
                 key = (one.city.digest, term.grounds, term.joint)
                 met.setdefault(key, []).append((n, term))
-        self._grounds = [some for phrases in met.values() for some in _spoken(phrases, known)]
+        self._grounds = [
+            some for phrases in met.values() for some in _phrases_by_ground(phrases, targets)
+        ]
 
     def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
         """Return the log probability of what was said of each target, shape (N,)."""
@@ -199,13 +220,15 @@ class WordScore:
         literal = torch.zeros(self.size, dtype=torch.float64)
         for ground in self._grounds:
             own = list(z)
-            for i, away in deviations.items():
-                own[i] = z[i] + away[ground.speaker]
+            for i, offset in deviations.items():
+                own[i] = z[i] + offset[ground.speaker]
             there = free.at(own) if deviations else model
-            meant = log_words(ground.options, there, ground.words, ground.denied)
-            literal = literal.index_add(0, ground.target, _with_slips(meant, model))
-        idle = self._phrases * model.log_uninformative(1)
-        each = [literal if part.combine == "product" else idle for part in model.components]
+            log_word = log_words(ground.options, there, ground.words, ground.denied)
+            literal = literal.index_add(0, ground.target, _with_lapses(log_word, model))
+        uninformative = self._phrases * model.log_uninformative(1)
+        each = [
+            literal if part.combine == "product" else uninformative for part in model.components
+        ]
         weights = free.log_weights(z)
         if weights is None:
             shares = torch.tensor([part.weight for part in model.components], dtype=torch.float64)
@@ -213,30 +236,30 @@ class WordScore:
         return torch.logsumexp(torch.stack(each) + weights[:, None], 0)
 
 
-def _with_slips(meant: Tensor, model: Preset) -> Tensor:
+def _with_lapses(log_word: Tensor, model: ObservationModel) -> Tensor:
     lapse = torch.as_tensor(model.lapse, dtype=torch.float64)
-    return torch.logaddexp(meant + torch.log1p(-lapse), lapse.log() + model.log_uninformative(1))
+    return torch.logaddexp(log_word + torch.log1p(-lapse), lapse.log() + model.log_uninformative(1))
 
 
-def _spoken(
-    phrases: Sequence[tuple[int, RelationTerm]], known: Sequence[_Known]
-) -> Iterator[_Spoken]:
+def _phrases_by_ground(
+    phrases: Sequence[tuple[int, GroundedRelation]], targets: Sequence[_KnownTarget]
+) -> Iterator[_GroundPhrases]:
     """Yield the phrases about one ground; a meaning beyond the vocabulary makes its own group."""
     words, _ = word_options(phrases[0][1])
     index = {option.relation_class: i for i, option in enumerate(words[: len(speaker_words())])}
-    parted: dict[Hashable, list[tuple[int, RelationTerm]]] = {}
+    parted: dict[Hashable, list[tuple[int, GroundedRelation]]] = {}
     for n, term in phrases:
         plain = term.relation_class in index
-        key = None if plain else (term.relation, term.said_distance_m)
+        key = None if plain else (term.relation, term.stated_distance_m)
         parted.setdefault(key, []).append((n, term))
     for some in parted.values():
-        targets = np.array([n for n, _ in some])
-        cells = np.array([known[n].cell for n in targets])
+        rows = np.array([n for n, _ in some])
+        cells = np.array([targets[n].cell for n in rows])
         options, chosen = word_options(some[0][1].at(cells))
-        yield _Spoken(
+        yield _GroundPhrases(
             options,
             np.array([index.get(term.relation_class, chosen) for _, term in some]),
             np.array([term.negated for _, term in some]),
-            torch.from_numpy(targets),
-            torch.tensor([known[n].speaker for n in targets]),
+            torch.from_numpy(rows),
+            torch.tensor([targets[n].speaker for n in rows]),
         )

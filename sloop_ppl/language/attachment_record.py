@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from sloop_ppl.language.discourse import Figures
+from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
 
-__all__ = ["Attached", "Ledger", "Reading", "converses"]
+__all__ = ["Attached", "AttachmentRecord", "Reading", "converses"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Reading:
 
 
 @dataclass
-class Ledger:
+class AttachmentRecord:
     """Takes down relations while a text is read.
 
     Parameters
@@ -73,18 +73,18 @@ class Ledger:
     sentence: int = 0
 
     @property
-    def said(self) -> list[Attached]:
+    def attached(self) -> list[Attached]:
         """All relations so far."""
         return self.reading.attached
 
     def recent(self, count: int = 8) -> list[Attached]:
         """Return the last relations of this sentence."""
-        return self.said[max(self.sentence, len(self.said) - count) :]
+        return self.attached[max(self.sentence, len(self.attached) - count) :]
 
     def end_sentence(self) -> None:
         """Settle a sentence."""
         self._respectively()
-        self.sentence = len(self.said)
+        self.sentence = len(self.attached)
 
     def lose(self, ground: Ground) -> None:
         """Report something that found no home."""
@@ -129,7 +129,7 @@ class Ledger:
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""
-        attached = self.said[self.sentence :]
+        attached = self.attached[self.sentence :]
         positions = range(0)
         if attached:
             positions = range(
@@ -153,7 +153,7 @@ class Ledger:
             dealt = [
                 replace(d, figures=(f,)) for d, f in zip(same, attached[0].figures, strict=True)
             ]
-        self.said[self.sentence :] = dealt
+        self.attached[self.sentence :] = dealt
 
 
 def converses(relations: Iterable[str]) -> tuple[str, ...]:

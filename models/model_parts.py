@@ -10,7 +10,7 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
 from sloop_ppl.models.guard import GuardedLikelihood
-from sloop_ppl.models.interventions import FixedFronts
+from sloop_ppl.models.interventions import GivenFrames
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (
     LIKELIHOODS,
@@ -18,7 +18,7 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
-from sloop_ppl.models.presets import PRESETS, Preset, preset
+from sloop_ppl.models.presets import PRESETS, ObservationModel, preset
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.models.user import load_model
 from sloop_ppl.registry import Registry
@@ -27,10 +27,10 @@ from sloop_ppl.user_file import is_user_file
 __all__ = ["model_from_parts", "parts_of"]
 
 _NESTED = ("components", "likelihood", "frame_prior", "latents")
-_PLAIN = tuple(field.name for field in fields(Preset) if field.name not in _NESTED)
+_PLAIN = tuple(field.name for field in fields(ObservationModel) if field.name not in _NESTED)
 
 
-def parts_of(model: Preset) -> dict[str, Any]:
+def parts_of(model: ObservationModel) -> dict[str, Any]:
     """Return a model as data that JSON can hold.
 
     Parameters
@@ -65,7 +65,7 @@ def parts_of(model: Preset) -> dict[str, Any]:
         raise
 
 
-def model_from_parts(parts: Mapping[str, Any]) -> Preset:
+def model_from_parts(parts: Mapping[str, Any]) -> ObservationModel:
     """Return the model that `parts_of` wrote.
 
     Parameters
@@ -86,7 +86,7 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
     frame_prior, likelihood = parts["frame_prior"], parts["likelihood"]
     _check_names("part of a likelihood", likelihood, ("name", "parameters"))
     _check_names("part of a frame prior", frame_prior, ("name", "numbers", "predictor"))
-    made = Preset(
+    made = ObservationModel(
         **{name: parts[name] for name in _PLAIN},
         components=tuple(_component(part) for part in parts["components"]),
         likelihood=with_values(_likelihood(likelihood["name"]), likelihood["parameters"]),
@@ -97,7 +97,7 @@ def model_from_parts(parts: Mapping[str, Any]) -> Preset:
     return preset(made, made.variant)
 
 
-def _latent_parts(model: Preset) -> list[dict[str, Any]] | str:
+def _latent_parts(model: ObservationModel) -> list[dict[str, Any]] | str:
     """Return the declared latents as data, or where they are found again."""
     if all(latent.is_data for latent in model.latents):
         names = ("name", "support", "prior", "per")
@@ -120,7 +120,7 @@ def _latents(payload: Sequence[Mapping[str, Any]] | str) -> tuple[Latent, ...]:
     )
 
 
-def _likelihood_parts(model: Preset) -> dict[str, Any]:
+def _likelihood_parts(model: ObservationModel) -> dict[str, Any]:
     likelihood = model.likelihood
     spec = ""
     if isinstance(likelihood, GuardedLikelihood):
@@ -142,9 +142,9 @@ def _likelihood(name: str) -> RelationLikelihood:
     return load_model(name).likelihood if is_user_file(name) else LIKELIHOODS[name]
 
 
-def _frame_parts(model: Preset) -> dict[str, Any]:
+def _frame_parts(model: ObservationModel) -> dict[str, Any]:
     prior: Any = model.frame_prior
-    if isinstance(prior, FixedFronts):
+    if isinstance(prior, GivenFrames):
         raise InputError(
             f"The frame prior of model '{model.name}' is none of the registered ones: its fronts "
             "were set with do=, which is not saved; save the posterior inferred without it, or "
@@ -168,7 +168,7 @@ def _frame_parts(model: Preset) -> dict[str, Any]:
     return {"name": name, "numbers": numbers, "predictor": named}
 
 
-def _registered(registry: Registry[Any], same: Any, kind: str, model: Preset) -> str:
+def _registered(registry: Registry[Any], same: Any, kind: str, model: ObservationModel) -> str:
     """Return the name of the first entry that is the same, but for its numbers."""
     for name, entry in registry.items():
         if same(entry):

@@ -16,15 +16,15 @@ from sloop_ppl.plots.city import draw_map
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_fronts"]
+__all__ = ["plot_frames"]
 
 _BINS = 180
 _SMOOTH_KAPPA = 120.0  # five degrees, so that a sharp front is a petal and not a line
 _LEAST_M, _MOST_M = 0.03, 0.07  # radius of a rose, in sides of the map
 
 
-def plot_fronts(
-    city: CityMap, fronts: Mapping[str, DistributionLike], *, ax: Axes | None = None
+def plot_frames(
+    city: CityMap, frames: Mapping[str, DistributionLike], *, ax: Axes | None = None
 ) -> Axes:
     """Draw a small rose on each landmark: how probable it is that it faces each direction.
 
@@ -32,7 +32,7 @@ def plot_fronts(
     ----------
     city
         The map.
-    fronts
+    frames
         Landmark id -> distribution of its front.
     ax
         Axes to draw on; a new pyplot figure when None.
@@ -58,11 +58,11 @@ def plot_fronts(
     angles = 2 * np.pi * np.arange(_BINS) / _BINS
     blur = np.exp(_SMOOTH_KAPPA * (np.cos(angles[:, None] - angles) - 1))
     blur /= blur.sum(0)
-    for name, front in fronts.items():
+    for name, frame in frames.items():
         x, y = city.centroid(name)
         west, south, east, north = city.footprint(name).bounds
         reach = min(max(0.6 * max(east - west, north - south), _LEAST_M * side), _MOST_M * side)
-        radius = np.sqrt(blur @ front.binned(_BINS))
+        radius = np.sqrt(blur @ frame.binned(_BINS))
         radius *= reach / max(radius.max(), 1e-12)
         outline = np.column_stack([
             x + radius * np.cos(angles),

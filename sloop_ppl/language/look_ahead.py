@@ -38,9 +38,9 @@ def leads_on(reader: GroundReader, at: int, after: int) -> bool:
         subject = reader.past(end, "det", "skip", "possessive")
         if subject > end and reader.kind(subject) == "figure":
             return reader.kind(subject + 1) in ("stop", "end", "comma", "and", "sub")
-        n_grounds = len(reader.spoken)
+        n_grounds = len(reader.grounds)
         got = read_relation(reader, reader.past(end, "and", "comma", "skip"))
-        del reader.spoken[n_grounds:]
+        del reader.grounds[n_grounds:]
         if got is None or not got[0].grounds:
             return False
         end = got[1]
@@ -53,9 +53,9 @@ def shared(reader: GroundReader, phrase: RelationPhrase, after: int) -> Relation
     between = {reader.kind(k) for k in range(after, onward)}
     if not between & {"and", "or", "but", "neg"}:
         return None
-    n_grounds = len(reader.spoken)
+    n_grounds = len(reader.grounds)
     got = read_relation(reader, onward)
-    del reader.spoken[n_grounds:]
+    del reader.grounds[n_grounds:]
     if got is None or not got[0].grounds or got[0].grounds[0].kind != "landmark":
         return None
     return replace(phrase, grounds=got[0].grounds, joint=got[0].joint)

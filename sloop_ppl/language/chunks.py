@@ -9,10 +9,10 @@ from typing import Any
 from sloop_ppl.language.figures import FigureMention
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
-from sloop_ppl.language.names import canonical
+from sloop_ppl.language.name_index import canonical
 from sloop_ppl.language.words import Word
 
-__all__ = ["Cue", "Item", "place_phrases", "read_items"]
+__all__ = ["Chunk", "Cue", "place_phrases", "read_chunks"]
 
 _STOPS = frozenset(".;!?。؟")
 _COMMAS = frozenset(',:()[]—–-"“”|/')
@@ -45,7 +45,7 @@ class Cue:
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class Chunk:
     """A stretch of words with one role.
 
     Parameters
@@ -64,30 +64,30 @@ class Item:
     value: Any = None
 
 
-def place_phrases(norms: Sequence[str], taken: Sequence[bool]) -> list[Item]:
+def place_phrases(norms: Sequence[str], taken: Sequence[bool]) -> list[Chunk]:
     """Return the kinds of places that are said ("the parking garage"), longest first."""
     places, firsts = lexicon().place_phrases, lexicon().longest_places
-    found: list[Item] = []
+    found: list[Chunk] = []
     i = 0
     while i < len(norms):
         step = 1
         for n in range(min(firsts.get(norms[i], 0), len(norms) - i), 0, -1):
             words = tuple(norms[i : i + n])
             if words in places and not any(taken[i : i + n]):
-                found.append(Item("place", i, i + n, places[words]))
+                found.append(Chunk("place", i, i + n, places[words]))
                 step = n
                 break
         i += step
     return found
 
 
-def read_items(
+def read_chunks(
     words: Sequence[Word],
     norms: Sequence[str],
     landmarks: Sequence[LandmarkMention],
     figures: Sequence[FigureMention],
-    places: Sequence[Item],
-) -> list[Item]:
+    places: Sequence[Chunk],
+) -> list[Chunk]:
     """Return the items of a text in order; linear in the words.
 
     Parameters
@@ -99,28 +99,28 @@ def read_items(
     landmarks, figures, places
         What was recognised, not overlapping.
     """
-    fixed = {m.first: Item("landmark", m.first, m.last, m) for m in landmarks}
-    fixed |= {m.first: Item("figure", m.first, m.last, m) for m in figures}
+    fixed = {m.first: Chunk("landmark", m.first, m.last, m) for m in landmarks}
+    fixed |= {m.first: Chunk("figure", m.first, m.last, m) for m in figures}
     fixed |= {p.first: p for p in places}
-    items: list[Item] = []
+    chunks: list[Chunk] = []
     i = 0
     while i < len(words):
-        item = fixed.get(i)
-        if item is None:
-            item = (
+        chunk = fixed.get(i)
+        if chunk is None:
+            chunk = (
                 _distance(words, norms, i, fixed)
                 or _cue(norms, i, fixed)
                 or _small(words, norms, i)
             )
-        elif words[i].breaks and item.kind == "figure":
-            items.append(Item("stop", i, i))
-        if item.kind != "none":
-            items.append(item)
-        i = item.last
-    return _compounds(items)
+        elif words[i].breaks and chunk.kind == "figure":
+            chunks.append(Chunk("stop", i, i))
+        if chunk.kind != "none":
+            chunks.append(chunk)
+        i = chunk.last
+    return _compounds(chunks)
 
 
-def _cue(norms: Sequence[str], i: int, fixed: dict[int, Item]) -> Item | None:
+def _cue(norms: Sequence[str], i: int, fixed: dict[int, Chunk]) -> Chunk | None:
     """Return the longest cue at a word, intensifiers inside it allowed."""
     known = lexicon()
     longest = known.longest_cues
@@ -140,16 +140,16 @@ def _cue(norms: Sequence[str], i: int, fixed: dict[int, Item]) -> Item | None:
             following in longest or following in known.directions or following in ("to", "from")
         )
         if onward and following not in ("the",):
-            return Item("skip", i, best.last)
+            return Chunk("skip", i, best.last)
     return best
 
 
 def _longest_cue(
-    norms: Sequence[str], i: int, fixed: dict[int, Item], reach: int, inserted: tuple[str, ...]
-) -> Item | None:
+    norms: Sequence[str], i: int, fixed: dict[int, Chunk], reach: int, inserted: tuple[str, ...]
+) -> Chunk | None:
     """Return the longest cue at a word, some words inside it passed over."""
     cues = lexicon().cues
-    best: Item | None = None
+    best: Chunk | None = None
     matched: list[str] = []
     at = i
     while at < len(norms) and len(matched) < reach and at - i < reach + 2:
@@ -159,14 +159,14 @@ def _longest_cue(
             matched.append(norms[at])
             cue = cues.get(tuple(matched))
             if cue is not None:
-                best = Item("cue", i, at + 1, Cue(*cue))
+                best = Chunk("cue", i, at + 1, Cue(*cue))
         at += 1
     return best
 
 
 def _distance(
-    words: Sequence[Word], norms: Sequence[str], i: int, fixed: dict[int, Item]
-) -> Item | None:
+    words: Sequence[Word], norms: Sequence[str], i: int, fixed: dict[int, Chunk]
+) -> Chunk | None:
     """Return a said distance ("about 50 feet", "half a block", "a couple of steps")."""
     known = lexicon()
     value = _number(words[i], norms[i])
@@ -193,7 +193,7 @@ def _distance(
         if at < len(norms) and norms[at] == "of":
             at += 1
     if at < len(norms) and at not in fixed and norms[at] in known.units_m:
-        return Item("distance", i, at + 1, value * known.units_m[norms[at]])
+        return Chunk("distance", i, at + 1, value * known.units_m[norms[at]])
     return None
 
 
@@ -206,29 +206,29 @@ def _number(word: Word, norm: str) -> float | None:
     return lexicon().numbers.get(norm)
 
 
-def _small(words: Sequence[Word], norms: Sequence[str], i: int) -> Item:
+def _small(words: Sequence[Word], norms: Sequence[str], i: int) -> Chunk:
     """Return the role of a single word."""
     known = lexicon()
     word, norm = words[i], norms[i]
     after = norms[i + 1] if i + 1 < len(norms) else ""
     before = norms[i - 1] if i else ""
     if word.kind == "mark":
-        return Item(_mark(words, i), i, i + 1)
+        return Chunk(_mark(words, i), i, i + 1)
     if norm == "as" and after == "well":
         listed = norms[i + 2 : i + 3] == ["as"]
-        return Item("and", i, i + 3) if listed else Item("too", i, i + 2)
+        return Chunk("and", i, i + 3) if listed else Chunk("too", i, i + 2)
     if norm in known.directions and _directs(norm, before, after):
-        return Item("dir", i, i + 1, (known.directions[norm],))
+        return Chunk("dir", i, i + 1, (known.directions[norm],))
     if norm in _LETTERS and after in ("of", "from"):
-        return Item("dir", i, i + 1, (_LETTERS[norm],))
+        return Chunk("dir", i, i + 1, (_LETTERS[norm],))
     classes = known.classes.get(norm)
     if classes:
         for name in _CLASS_ORDER:
             if name in classes:
-                return Item(_KIND_OF_CLASS.get(name, name), i, i + 1, norm)
+                return Chunk(_KIND_OF_CLASS.get(name, name), i, i + 1, norm)
     if norm in known.intensifiers or norm in known.directions:
-        return Item("skip", i, i + 1)
-    return Item("word", i, i + 1, norm)
+        return Chunk("skip", i, i + 1)
+    return Chunk("word", i, i + 1, norm)
 
 
 def _directs(norm: str, before: str, after: str) -> bool:
@@ -263,19 +263,19 @@ def _mark(words: Sequence[Word], i: int) -> str:
     return "comma" if mark.low in _COMMAS else "none"
 
 
-def _compounds(items: list[Item]) -> list[Item]:
+def _compounds(chunks: list[Chunk]) -> list[Chunk]:
     """Join "south" and "east", and "upper" and "left", into one direction."""
-    joined: list[Item] = []
-    for item in items:
-        if item.kind == "dir" and joined and joined[-1].kind == "dir":
+    joined: list[Chunk] = []
+    for chunk in chunks:
+        if chunk.kind == "dir" and joined and joined[-1].kind == "dir":
             before = joined[-1]
-            both = before.value[-1] + item.value[0]
+            both = before.value[-1] + chunk.value[0]
             value = (
                 (*before.value[:-1], both)
                 if both in lexicon().compass
-                else before.value + item.value
+                else before.value + chunk.value
             )
-            joined[-1] = Item("dir", before.first, item.last, value)
+            joined[-1] = Chunk("dir", before.first, chunk.last, value)
         else:
-            joined.append(item)
+            joined.append(chunk)
     return joined

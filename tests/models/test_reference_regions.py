@@ -11,7 +11,7 @@ import shapely
 from sloop_ppl.inference import infer_description
 from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
 from sloop_ppl.models import PRESETS, ground_relations
-from sloop_ppl.models._regions import across_region, between_region, meeting_point
+from sloop_ppl.models._reference_regions import across_region, between_region, meeting_point
 from tests.scenes import TARGET, house_and_street, point_city, relation, said, symmetric_grid
 
 GRID = symmetric_grid(41)
@@ -117,7 +117,7 @@ def test_across_from_a_house_is_the_other_side_of_its_street():
     assert at(across, 10, -20) > 30
     # A poi without a building takes its street too.
     assert across_region(point_city(GRID, Pole=(0.0, 0.0)), "Pole") is None
-    assert term(point_city(GRID, Pole=(0.0, 0.0)), "across", "Pole").sense is None
+    assert term(point_city(GRID, Pole=(0.0, 0.0)), "across", "Pole").reference_region is None
 
 
 def test_across_a_street_is_either_side_of_it():
@@ -147,7 +147,7 @@ def test_published_models_read_one_relation_per_ground():
     apart = ground_relations(spoken, crossing())
     assert [t.grounds for t in apart] == [("HighSt",), ("LowAve",), ("HighSt",)]
     assert [t.index for t in apart] == [0, 0, 1]
-    assert all(t.sense is None for t in apart)
+    assert all(t.reference_region is None for t in apart)
     joint = ground_relations(spoken, crossing(), joint=True)
     assert [t.grounds for t in joint] == [("HighSt", "LowAve"), ("HighSt",)]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from sloop_ppl.language.lexicon import camel_words, lexicon
-from sloop_ppl.language.names import NameIndex, canonical, name_index
+from sloop_ppl.language.name_index import NameIndex, canonical, name_index
 from sloop_ppl.maps import CityMap
 
 __all__ = ["PlaceIndex", "place_index"]
@@ -39,26 +39,26 @@ class PlaceIndex:
         scores = self._scores.get(kind, {})
         return tuple(sorted(scores, key=lambda i: -scores[i]))
 
-    def best_of_kind(self, kind: str, said: tuple[str, ...] = ()) -> tuple[str, ...]:
+    def best_of_kind(self, kind: str, words: tuple[str, ...] = ()) -> tuple[str, ...]:
         """Return the ids of the landmarks that fit a kind best; one when it is clear.
 
         Parameters
         ----------
         kind
             Name of the kind.
-        said
+        words
             The words, which decide among equals when they stand in a name.
         """
         scores = self._scores.get(kind, {})
         top = max(scores.values(), default=0.0)
         best = tuple(i for i, s in scores.items() if s == top)
-        if len(best) > 1 and said:
-            words = {canonical(w) for w in said}
+        if len(best) > 1 and words:
+            tokens = {canonical(w) for w in words}
             named = [
                 i
                 for i in best
                 if any(
-                    words <= set(n.tokens) for n in self.index.names if self._ids[n.landmark] == i
+                    tokens <= set(n.tokens) for n in self.index.names if self._ids[n.landmark] == i
                 )
             ]
             if len(named) == 1:
