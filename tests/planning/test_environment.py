@@ -23,6 +23,7 @@ from sloop_ppl.planning import (
     run_search,
 )
 from sloop_ppl.planning.baselines import find_worth
+from sloop_ppl.planning.environment import observation_of
 
 SHAPE = (9, 11)
 CITY = city_of(*SHAPE)
@@ -484,3 +485,30 @@ def test_a_find_is_decided_on_what_is_in_view_from_the_reported_pose():
 
 def _seen(space, pose):
     return np.flatnonzero(space.view_mask(pose)).tolist()
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        ({"seen": None}, "What a report has seen is None; expected a mapping from target to what "),
+        ({"found": None}, "What a report has found is None; expected the names of targets in a "),
+        (
+            {"found": "A"},
+            "What a report has found is 'A'; expected the names of targets in a tuple",
+        ),
+    ],
+)
+def test_a_report_that_is_none_is_one_line(made, message):
+    with pytest.raises(InputError) as error:
+        Report(**made)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_what_is_said_of_a_target_that_was_found_is_not_heard():
+    space = SearchSpace(CITY.grid, ("A", "B"), SearchConfig())
+    robot = space.robot(space.encode(4, 5, 0), found=1, finds=1, looked=True)
+    outcome = Outcome(Pose(*HERE), Report({"A": (27.5, 22.0), "B": None}))
+    observation = observation_of(space, space.moves[1], robot, outcome)
+    assert observation.seen == (-1, -1)
+    assert not observation.any
