@@ -23,6 +23,7 @@ from sloop_ppl.planning import (
     fan_offsets,
     run_search,
 )
+from sloop_ppl.planning._search_tables import hidden_cells
 from sloop_ppl.planning.pose_tables import visible_mass
 from sloop_ppl.planning.sensors import cells_between
 
@@ -434,3 +435,25 @@ def test_a_relative_view_of_another_shape_is_one_line():
     sensor.relative = True
     with pytest.raises(InputError, match=r"has shape \(6, 9\) and type bool; expected the map's"):
         search(sensor, "fast")
+
+
+class Everything(MaskSensor):
+    """A sensor that sees the whole map, and in the north another half of it to each side."""
+
+    def view(self, pose):
+        mask = np.ones(GRID.shape, dtype=bool)
+        mask[4:] = (self.grid.x_m > pose.x_m) == (pose.heading_rad < 3)
+        return mask
+
+
+def test_tables_of_a_sensor_that_sees_the_whole_map_are_its_views():
+    space = SearchSpace(GRID, ("A",), SearchConfig(), sensor=Everything(GRID))
+    hidden = hidden_cells(space)
+    for pose in range(space.n_cells * 8):
+        row, col, heading = space.decode(pose)
+        shown = {
+            (row + dr) * space.n_cols + col + dc
+            for place, (dr, dc) in enumerate(space.fans[heading])
+            if not hidden[pose, place]
+        }
+        assert shown == space.view(pose)
