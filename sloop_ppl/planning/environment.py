@@ -296,6 +296,7 @@ def true_cells(ids: tuple[str, ...], places: Mapping[str, Place], grid: Grid) ->
     InputError
         When places and targets do not fit each other.
     """
+    _refuse_no_mapping(places)
     for name in (*ids, *places):
         if name not in places or name not in ids:
             raise InputError(
@@ -321,6 +322,7 @@ def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, 
     InputError
         When one is no place, or is of something that is not searched for.
     """
+    _refuse_no_mapping(places)
     told = {}
     for name, place in places.items():
         if name not in ids:
@@ -330,6 +332,13 @@ def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, 
         x, y = _numbers(f"The place of '{name}'", place, (2,))
         told[name] = x, y
     return told
+
+
+def _refuse_no_mapping(places: object) -> None:
+    if not isinstance(places, Mapping):
+        raise InputError(
+            f"The places are {places!r}; expected a mapping from target to x and y in metres"
+        )
 
 
 def start_pose(
