@@ -157,7 +157,8 @@ class SearchSpace:
 
         Raises
         ------
-        UnknownName : when no such target is searched for.
+        UnknownName
+            When no such target is searched for.
         """
         if target_id not in self.target_ids:
             raise UnknownName("target of a find", target_id, self.target_ids)
@@ -243,13 +244,15 @@ class SearchSpace:
         """Rows north and columns east of the cells that can be in view, by heading."""
         if self._offsets is not None:
             return self._offsets
-        fans: list[set[tuple[int, int]]] = [set() for _ in range(HEADINGS)]
+        rows, cols = self.n_rows - 1, self.n_cols - 1
+        planes = np.zeros((HEADINGS, 2 * rows + 1, 2 * cols + 1), dtype=bool)
         for number in range(self.n_cells * HEADINGS):
             row, col, heading = self.decode(number)
-            for cell in self.view(number):
-                r, c = divmod(cell, self.n_cols)
-                fans[heading].add((r - row, c - col))
-        return tuple(tuple(sorted(fan)) for fan in fans)
+            part = planes[heading, rows - row :, cols - col :][: self.n_rows, : self.n_cols]
+            part |= self._mask(self.pose_at(number))
+        return tuple(
+            tuple((int(r) - rows, int(c) - cols) for r, c in np.argwhere(plane)) for plane in planes
+        )
 
     @cached_property
     def hides(self) -> bool:
