@@ -256,13 +256,13 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
                 outcomes = _pairs(motion.outcomes(pose, action), action)  # type: ignore[attr-defined]
             else:
                 draws = (motion.sample(pose, action, rng) for _ in range(DRAWS))
-                outcomes = tuple((1.0 / DRAWS, after) for after in draws)
+                outcomes = [(1.0 / DRAWS, after) for after in draws]
             found: dict[tuple[int, int, int], float] = {}
-            for chance, after in outcomes:
+            for p, after in outcomes:
                 x, y, angle = as_pose(after, f"The pose after '{action}'")
                 turn = round((angle - pose.heading_rad) / EIGHTH) % HEADINGS
                 key = round(y / cell_m), round(x / cell_m), turn
-                found[key] = found.get(key, 0.0) + chance
+                found[key] = found.get(key, 0.0) + p
             if abs(math.fsum(found.values()) - 1.0) > 1e-6:
                 raise InputError(
                     f"The outcomes of '{action}' have probabilities that sum to "

@@ -237,6 +237,7 @@ class SearchSpace:
 
     @cached_property
     def _offsets(self) -> tuple[Offsets, ...] | None:
+        self._mask(self.pose_at(0))  # say at once what is wrong with a mask
         return self.sensor.offsets() if isinstance(self.sensor, MaskSensor) else None
 
     @cached_property
@@ -285,7 +286,10 @@ class SearchSpace:
     def view_mask(self, pose: int | Pose) -> NDArray[np.bool_]:
         """Return the cells in view as True, shape (H, W), from a pose by number or in metres."""
         if isinstance(pose, tuple):
-            return self._mask(pose)
+            number = self.snap(pose)
+            if number not in self._views or self.pose_at(number) != pose:
+                return self._mask(pose)
+            pose = number
         mask = np.zeros(self.n_cells, dtype=bool)
         mask[self.view_cells(pose)] = True
         return mask.reshape(self.shape)
