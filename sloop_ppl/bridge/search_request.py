@@ -47,6 +47,7 @@ class SearchRequest:
     frames: str | None = None
     params: Path | None = None
     prior: str | None = None
+    viewpoint: str = "map"
     posterior: Path | None = None
     said: tuple[str, ...] = ()
     planner: str = "fast"
@@ -163,7 +164,8 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
     return posterior_of(
         request.text, request.map_name, targets=request.targets, model=request.model,
         variant=request.variant, engine=request.engine, frames=request.frames,
-        params=request.params, prior=request.prior, truth=places, rng=rng,
+        params=request.params, prior=request.prior, viewpoint=request.viewpoint,
+        truth=places, rng=rng,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Search for the targets of a posterior: the facade over the search room."""
+"""Search for the targets of a posterior: the facade over planning."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 
 from sloop_ppl.bridge.listening import Listener
 from sloop_ppl.bridge.spoken import descriptions_of
-from sloop_ppl.bridge.told import SearchSetup, ToldEpisode, after, joined
+from sloop_ppl.bridge.told import OneLeg, SearchSetup, ToldEpisode, after, joined
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.planning import SearchConfig, SearchInterrupted, run_search
+from sloop_ppl.planning import Environment, SearchConfig, SearchInterrupted, run_search
 from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
-    from sloop_ppl.planning import Environment, Episode, Motion, Sensor, Step
+    from sloop_ppl.planning import Episode, Motion, Sensor, Step
 
 __all__ = ["check_map", "imagined_places", "search", "search_legs"]
 
@@ -158,6 +158,9 @@ def search_legs(
     for number, leg in enumerate(legs):
         beliefs = {t: listener.posterior.belief(t) for t in posterior.targets}
         listener.searched = leg
+        environment, others = setup.environment, set(posterior.targets).difference(leg)
+        if others and isinstance(environment, Environment):
+            environment = OneLeg(environment, others)
 
         def told(step: Step, before: ToldEpisode | None = whole) -> None:
             if on_step is not None:
@@ -187,9 +190,9 @@ def search_legs(
                 planner=setup.planner,
                 sensor=setup.sensor,
                 motion=setup.motion,
-                environment=setup.environment,
+                environment=environment,
                 config=config,
-                start=start if whole is None or setup.environment else whole.poses[-1],
+                start=start if whole is None or environment is not None else whole.poses[-1],
                 rng=rng if number == 0 else child(rng, "leg", number),
                 on_step=told,
                 notify=notify,

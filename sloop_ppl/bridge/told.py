@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,13 @@ from sloop_ppl.bridge.spoken import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
+from sloop_ppl.planning.environment import Report
 from sloop_ppl.planning.episode import Episode
 
 if TYPE_CHECKING:
     from sloop_ppl.planning import Step
 
-__all__ = ["SearchSetup", "ToldEpisode", "after", "joined"]
+__all__ = ["OneLeg", "SearchSetup", "ToldEpisode", "after", "joined"]
 
 Table = NDArray[np.float64]
 
@@ -40,6 +41,40 @@ class SearchSetup:
     sensor: Any = None
     motion: Any = None
     environment: Any = None
+
+
+class OneLeg:
+    """An environment in a search for some of the targets: it is not heard of the others.
+
+    Parameters
+    ----------
+    environment
+        The environment; one that is none is refused by the search.
+    others
+        Targets that are not searched for at present.
+    """
+
+    def __init__(self, environment: Any, others: Collection[str]) -> None:
+        self._environment, self._others = environment, others
+
+    @property
+    def pose(self) -> Any:
+        """Where the robot is."""
+        return self._environment.pose
+
+    def execute(self, action: Any) -> Any:
+        """Carry out an action and return what came of it, without the other targets."""
+        outcome = self._environment.execute(action)
+        try:
+            pose, report, collision = outcome
+        except (TypeError, ValueError):
+            return outcome
+        if isinstance(report, Mapping):
+            report = Report(report)
+        if isinstance(report, Report):
+            seen = {t: at for t, at in report.seen.items() if t not in self._others}
+            report = Report(seen, tuple(t for t in report.found if t not in self._others))
+        return pose, report, collision
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +144,7 @@ class ToldEpisode(Episode):
             (left,),
             setup=self.setup or SearchSetup(self.planner),
             config=config if max_steps is None else replace(config, max_steps=max_steps),
-            start=None if self.setup and self.setup.environment else self.poses[-1],
+            start=self.poses[-1] if self.setup is None or self.setup.environment is None else None,
             rng=rng,
             keep_beliefs=bool(self.beliefs),
         )

@@ -8,7 +8,17 @@ from typing import Annotated
 import typer
 
 from sloop_ppl.cli.given import as_typed, given, unused_options
-from sloop_ppl.cli.options import Engine, Frames, Json, Model, Params, Prior, Targets, Variant
+from sloop_ppl.cli.options import (
+    Engine,
+    Frames,
+    Json,
+    Model,
+    Params,
+    Prior,
+    Targets,
+    Variant,
+    Viewpoint,
+)
 from sloop_ppl.cli.output import print_data, print_json, progress
 from sloop_ppl.errors import InputError
 
@@ -38,6 +48,7 @@ def search(
     frames: Frames = None,
     params: Params = None,
     prior: Prior = None,
+    viewpoint: Viewpoint = "map",
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
     ] = None,
@@ -118,7 +129,8 @@ def search(
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, posterior=posterior, said=tuple(say or ()), planner=planner, sensor=sensor,
+        prior=prior, viewpoint=viewpoint, posterior=posterior, said=tuple(say or ()),
+        planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
@@ -143,7 +155,16 @@ def _only(context: typer.Context, *names: str) -> None:
 def _not_with_posterior(context: typer.Context) -> None:
     """Refuse what would be inferred otherwise than the saved posterior was."""
     for name in given(context):
-        if name in ("model", "variant", "engine", "frames", "params", "prior", "targets"):
+        if name in (
+            "model",
+            "variant",
+            "engine",
+            "frames",
+            "params",
+            "prior",
+            "targets",
+            "viewpoint",
+        ):
             raise InputError(
                 f"{as_typed(name)} does not go with --posterior; leave it out: a saved posterior "
                 "keeps its own"

@@ -182,11 +182,16 @@ def hidden_cells(space: SearchSpace) -> NDArray[np.bool_]:
         return np.zeros((0, 0), dtype=bool)
     most = max(len(fan) for fan in space.fans)
     hidden = np.zeros((space.n_cells * HEADINGS, most), dtype=bool)
+    fans = [np.array(fan, dtype=np.intp).reshape(-1, 2).T for fan in space.fans]
+    reach = max((int(np.abs(fan).max()) for fan in fans if fan.size), default=0)
+    # a border as wide as the sensor sees, so that each offset has a cell
+    wide = np.zeros((space.n_rows + 2 * reach, space.n_cols + 2 * reach), dtype=bool)
+    inner = wide[reach : reach + space.n_rows, reach : reach + space.n_cols]
     for pose in range(len(hidden)):
         row, col, heading = space.decode(pose)
-        view = space.view(pose)
-        for place, (dr, dc) in enumerate(space.fans[heading]):
-            hidden[pose, place] = (row + dr) * space.n_cols + col + dc not in view
+        inner[:] = space.view_mask(space.pose_at(pose))
+        rows, cols = fans[heading]
+        hidden[pose, : len(rows)] = ~wide[row + reach + rows, col + reach + cols]
     return hidden
 
 

@@ -48,6 +48,7 @@ class _GreedyRun:
     def __init__(self, space: SearchSpace) -> None:
         self._space = space
         self._nexts = next_poses(space)
+        self._unseen: dict[int, list[int]] = {}
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
         """Return the first move towards the best pose, or a find."""
@@ -63,7 +64,12 @@ class _GreedyRun:
                 return space.finds[best], PlanInfo("greedy", seconds=seconds, values=values)
         wanted = [t for i, t in enumerate(belief.flat) if not robot.found >> i & 1]
         reach = reach_from(robot.pose, self._nexts)
-        promise = visible_mass(space, wanted) * space.config.discount**reach.steps
+        mass = visible_mass(space, wanted)
+        if robot.pose in self._unseen or belief.unseen:  # between cells, it shows something else
+            self._unseen[robot.pose] = list(belief.unseen)
+        for pose, cells in self._unseen.items():
+            mass[pose] -= sum(float(table[cells].sum()) for table in wanted)
+        promise = mass * space.config.discount**reach.steps
         promise[reach.steps < 0] = -1.0
         values = {
             move.name: float(promise[reach.first == move.index].max(initial=0.0))
@@ -119,7 +125,7 @@ class _RandomRun:
 
 def find_worth(belief: GridBelief, find: SearchAction) -> float:
     """Return the expected reward of a find from where the robot is."""
-    view = list(belief.robot.view)
+    view = list(belief.in_view)
     missed = 1.0
     for i, table in enumerate(belief.flat):
         if find.marks >> i & 1 and not belief.robot.found >> i & 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ class GridBelief(GenerativeDistribution):
         are normalised.
     robot : the robot's state.
     rng : where samples come from.
+    pose : where the robot says it is, metres; the middle of its cell when None.
 
     Raises
     ------
@@ -44,8 +46,10 @@ class GridBelief(GenerativeDistribution):
         robot: RobotState,
         *,
         rng: np.random.Generator,
+        pose: Pose | None = None,
     ) -> None:
         self.space, self.robot, self._rng = space, robot, rng
+        self.pose = space.pose_at(robot.pose) if pose is None else pose
         self._tables = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
         self._initial = self._tables
         self._reset()
@@ -54,10 +58,13 @@ class GridBelief(GenerativeDistribution):
         self._cumulative: list[NDArray[np.float64]] | None = None
         self._drawn: list[tuple[int, ...]] = []
 
-    def _after(self, tables: tuple[NDArray[np.float64], ...], robot: RobotState) -> GridBelief:
+    def _after(
+        self, tables: tuple[NDArray[np.float64], ...], robot: RobotState, pose: Pose | None
+    ) -> GridBelief:
         """Return a belief of other tables that are known to be sound, shape (H * W,)."""
         belief = type(self).__new__(type(self))
         belief.space, belief.robot, belief._rng = self.space, robot, self._rng
+        belief.pose = self.space.pose_at(robot.pose) if pose is None else pose
         belief._tables, belief._initial = tables, self._initial
         belief._reset()
         return belief
@@ -74,6 +81,18 @@ class GridBelief(GenerativeDistribution):
     def flat(self) -> tuple[NDArray[np.float64], ...]:
         """The probability tables in the order of the ids, each of shape (H * W,)."""
         return self._tables
+
+    @cached_property
+    def in_view(self) -> tuple[int, ...]:
+        """The cells in view from where the robot says it is, flat indices."""
+        if self.pose == self.space.pose_at(self.robot.pose):
+            return tuple(self.robot.view)
+        return tuple(np.flatnonzero(self.space.view_mask(self.pose)).tolist())
+
+    @property
+    def unseen(self) -> frozenset[int]:
+        """The cells that the middle of the robot's cell would show, and its own pose does not."""
+        return self.robot.view.difference(self.in_view)
 
     def random(self) -> SearchState:
         """Draw a state: each target's cell by binary search in its cumulative sum."""
@@ -128,26 +147,27 @@ class GridBelief(GenerativeDistribution):
         likelihoods = observation_likelihoods(
             self.space, self.robot, action, observation, next_robot, pose
         )
-        return self.conditioned(likelihoods, observation, next_robot)
+        return self.conditioned(likelihoods, observation, next_robot, pose)
 
     def conditioned(
         self,
         likelihoods: Sequence[CellLikelihood | None],
         observation: SearchObservation,
         next_robot: RobotState,
+        pose: Pose | None = None,
     ) -> GridBelief:
         """Return the posterior given what a step showed of each target; see `updated`."""
         tables = tuple(
             table if seen is None else self._conditioned(i, table, seen, observation)
             for i, (table, seen) in enumerate(zip(self._tables, likelihoods, strict=True))
         )
-        return self._after(tables, next_robot)
+        return self._after(tables, next_robot, pose)
 
-    def replaced(self, tables: Mapping[str, NDArray[np.float64]], robot: RobotState) -> GridBelief:
-        """Return a belief with other tables (checked) and another robot state."""
+    def replaced(self, tables: Mapping[str, NDArray[np.float64]]) -> GridBelief:
+        """Return a belief with other tables, which are checked, and the same robot."""
         space = self.space
         sound = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
-        return self._after(sound, robot)
+        return self._after(sound, self.robot, self.pose)
 
     def _conditioned(
         self,

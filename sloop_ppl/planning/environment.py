@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -13,7 +13,7 @@ import numpy as np
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import Grid
 from sloop_ppl.planning.pose import HEADINGS, Pose, as_pose
-from sloop_ppl.planning.sensors import MaskSensor
+from sloop_ppl.planning.sensors import MaskSensor, checked_reports, is_hashable
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation
 from sloop_ppl.rng import child, scalar_rng
@@ -45,10 +45,29 @@ class Report:
         sees a mask. None, or no entry, where it was not detected.
     found
         Targets that a find marked.
+
+    Raises
+    ------
+    InputError
+        When `seen` is no mapping, or `found` no collection of names.
     """
 
     seen: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     found: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.seen, Mapping):
+            raise InputError(
+                f"What a report has seen is {self.seen!r}; expected a mapping from target to what "
+                "the sensor reports"
+            )
+        names: object = self.found
+        if isinstance(names, str) or not isinstance(names, Iterable):
+            raise InputError(
+                f"What a report has found is {self.found!r}; expected the names of targets in a "
+                "tuple"
+            )
+        object.__setattr__(self, "found", tuple(self.found))
 
 
 class Outcome(NamedTuple):
@@ -143,7 +162,8 @@ class GridEnvironment:
         self._looked = True
         hidden = {t: place for t, place in self._places.items() if t not in self._found}
         seen = self._space.sensor.sample(self.pose, hidden, self._sensor_rng)
-        return Outcome(self.pose, Report(MappingProxyType(dict(seen))), collision)
+        reports = checked_reports(self._space.sensor, seen)
+        return Outcome(self.pose, Report(MappingProxyType(reports)), collision)
 
     def _move(self, action: str) -> bool:
         """Change the pose, unless something is in the way, and tell whether it was a building."""
@@ -231,7 +251,7 @@ def checked_outcome(space: SearchSpace, action: SearchAction, outcome: Any) -> O
                 space.sensor.cell_of(seen)
             except InputError as error:
                 raise type(error)(f"The environment's report of '{name}': {error}") from None
-        elif not _is_hashable(seen):
+        elif not is_hashable(seen):
             raise InputError(
                 f"The environment's report of '{name}' is a {type(seen).__name__}, which cannot be "
                 "hashed; expected a number, a tuple or None"
@@ -257,19 +277,14 @@ def observation_of(
     if action.index >= 3:
         return SearchObservation((-1,) * len(space.target_ids), robot.found)
     pose = robot.pose if space.stochastic else -1
-    reports = [outcome.report.seen.get(name) for name in space.target_ids]
+    reports = [
+        None if robot.found >> i & 1 else outcome.report.seen.get(name)
+        for i, name in enumerate(space.target_ids)
+    ]
     if isinstance(space.sensor, MaskSensor):
         cells = tuple(space.sensor.cell_of(report) for report in reports)
         return SearchObservation(cells, robot.found, pose)
     return SearchObservation(tuple(reports), robot.found, pose, some=True)
-
-
-def _is_hashable(value: object) -> bool:
-    try:
-        hash(value)
-    except TypeError:
-        return False
-    return True
 
 
 def true_cells(ids: tuple[str, ...], places: Mapping[str, Place], grid: Grid) -> tuple[int, ...]:
@@ -282,6 +297,7 @@ def true_cells(ids: tuple[str, ...], places: Mapping[str, Place], grid: Grid) ->
     InputError
         When places and targets do not fit each other.
     """
+    _refuse_no_mapping(places)
     for name in (*ids, *places):
         if name not in places or name not in ids:
             raise InputError(
@@ -307,6 +323,7 @@ def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, 
     InputError
         When one is no place, or is of something that is not searched for.
     """
+    _refuse_no_mapping(places)
     told = {}
     for name, place in places.items():
         if name not in ids:
@@ -316,6 +333,13 @@ def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, 
         x, y = _numbers(f"The place of '{name}'", place, (2,))
         told[name] = x, y
     return told
+
+
+def _refuse_no_mapping(places: object) -> None:
+    if not isinstance(places, Mapping):
+        raise InputError(
+            f"The places are {places!r}; expected a mapping from target to x and y in metres"
+        )
 
 
 def start_pose(

@@ -65,7 +65,7 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     seen = np.zeros(space.n_cells, dtype=bool)
     if space.hides:
         for pose in near.tolist():
-            seen[space.view_cells(pose)] = True
+            seen |= space.view_mask(space.pose_at(pose)).reshape(-1)
     else:
         seen = _union_of_fans(space, near)
     hurried = bool((reach.steps >= limit).any())

@@ -131,7 +131,7 @@ class SearchEnv(_Env):
         rng = np.random.default_rng(int(self.np_random.integers(2**63)))
         start = start_pose(options.get("start"), space, rng)
         robot = space.robot(space.snap(start))
-        self._belief = GridBelief(space, self._prior, robot, rng=rng)
+        self._belief = GridBelief(space, self._prior, robot, rng=rng, pose=start)
         places = options.get("places")
         if places is None:
             cells = zip(space.target_ids, self._belief.random().cells, strict=True)

@@ -144,7 +144,7 @@ def run_search(
     reward_model = SearchRewardModel(space)
     name = chosen.name
     agent = Agent(
-        GridBelief(space, beliefs, robot, rng=child(rng, "planner", name, "belief")),
+        GridBelief(space, beliefs, robot, rng=child(rng, "planner", name, "belief"), pose=pose),
         SearchPolicyModel(space, scalar_rng(child(rng, "policy"))),
         SearchTransitionModel(space, scalar_rng(child(rng, "planner", name, "motion"))),
         SearchObservationModel(space, scalar_rng(child(rng, "planner", name, "sensor"))),
@@ -225,7 +225,7 @@ def _learn(
     likelihoods = observation_likelihoods(
         space, before.robot, action, observation, after, outcome.pose
     )
-    updated = before.conditioned(likelihoods, observation, after)
+    updated = before.conditioned(likelihoods, observation, after, outcome.pose)
     agent.set_belief(updated)
     running.update(agent, action, observation)
     if not space.stochastic and after != _planned(before.robot, action, after):
@@ -240,7 +240,7 @@ def _learn(
         }
     )
     if replacing is not None:
-        new = updated.replaced({**updated.tables, **replacing}, after)
+        new = updated.replaced({**updated.tables, **replacing})
         agent.set_belief(new)
         moved = (np.abs(a - b).sum() > 1e-9 for a, b in zip(new.flat, updated.flat, strict=True))
         if any(moved):

@@ -16,7 +16,7 @@ from sloop_ppl.planning._pomdp import (
     RolloutPolicy,
     TransitionModel,
 )
-from sloop_ppl.planning.sensors import MaskSensor
+from sloop_ppl.planning.sensors import MaskSensor, checked_reports
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation, SearchState
 
@@ -215,7 +215,8 @@ class SearchObservationModel(ObservationModel):
             for i, (name, cell) in enumerate(zip(space.target_ids, state.cells, strict=True))
             if not robot.found >> i & 1
         }
-        reports = self._sensor.sample(space.pose_at(robot.pose), places, self._generator)
+        sampled = self._sensor.sample(space.pose_at(robot.pose), places, self._generator)
+        reports = checked_reports(self._sensor, sampled)
         return SearchObservation(
             tuple(reports.get(name) for name in space.target_ids),
             robot.found,

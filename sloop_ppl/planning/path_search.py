@@ -113,6 +113,7 @@ class RunningPathSearch:
             self.forget()
             seconds = time.perf_counter() - begun
             return find, PlanInfo("fast", seconds=seconds, values={find.name: value})
+        self._learn_view(belief)
         objective = self._objective(belief)
         tree, pose = self._tree, belief.robot.pose
         root = tree[0]
@@ -156,6 +157,21 @@ class RunningPathSearch:
     def forget(self) -> None:
         """Drop the path that was planned."""
         self._plan = self._plan[:0]
+
+    def _learn_view(self, belief: GridBelief) -> None:
+        """Take from the robot's pose what it did not show to a robot between cells."""
+        unseen, hidden, pose = belief.unseen, self._map.hidden, belief.robot.pose
+        if not unseen and not len(hidden):
+            return
+        if not len(hidden):
+            hidden = np.zeros((len(self._map.cell), self._map.fans.shape[1]), dtype=bool)
+            self._map = self._map._replace(hidden=hidden)
+        space = self._space
+        shown = belief.robot.view - unseen
+        row, col, heading = space.decode(pose)
+        for place, (dr, dc) in enumerate(space.fans[heading]):
+            inside = 0 <= row + dr < space.n_rows and 0 <= col + dc < space.n_cols
+            hidden[pose, place] = not inside or (row + dr) * space.n_cols + col + dc not in shown
 
     def _find(self, belief: GridBelief) -> tuple[SearchAction, float] | None:
         """Return the best find and its value, when it is worth more than looking once more."""

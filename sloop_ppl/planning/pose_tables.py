@@ -19,8 +19,10 @@ class Reach(NamedTuple):
 
     Attributes
     ----------
-    steps : fewest moves to each pose, at least one; -1 where it cannot be reached.
-    first : index of the first of those moves; ties go to the earlier action.
+    steps
+        Fewest moves to each pose, at least one; -1 where it cannot be reached.
+    first
+        Index of the first of those moves; ties go to the earlier action.
     """
 
     steps: NDArray[np.int32]
@@ -50,8 +52,10 @@ def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
 
     Parameters
     ----------
-    pose : where the robot is.
-    nexts : what `next_poses` returned.
+    pose
+        Where the robot is.
+    nexts
+        What `next_poses` returned.
     """
     steps = np.full(nexts.shape[1], -1, dtype=np.int32)
     first = np.zeros(nexts.shape[1], dtype=np.int8)
@@ -76,8 +80,10 @@ def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> N
 
     Parameters
     ----------
-    space : the search space.
-    tables : belief of each target to count, each of shape (H * W,).
+    space
+        The search space.
+    tables
+        Belief of each target to count, each of shape (H * W,).
     """
     if space.hides:
         total = np.sum(tables, axis=0)

@@ -25,8 +25,10 @@ __all__ = [
     "MaskSensor",
     "Sensor",
     "cells_between",
+    "checked_reports",
     "fan_offsets",
     "is_blocked",
+    "is_hashable",
     "load_sensor",
 ]
 
@@ -205,7 +207,9 @@ class MaskSensor(ABC):
         centre = self.grid.centre_of(row, col)
         fans = []
         for heading in range(HEADINGS):
-            mask = self.view(Pose(*centre, heading * 2 * math.pi / HEADINGS))
+            mask = np.asarray(self.view(Pose(*centre, heading * 2 * math.pi / HEADINGS)))
+            if mask.shape != self.grid.shape:
+                return None  # whoever asks for a view says so
             fans.append(tuple((int(r) - row, int(c) - col) for r, c in np.argwhere(mask)))
         reach = max((max(abs(r), abs(c)) for fan in fans for r, c in fan), default=0)
         return tuple(fans) if reach < min(row, col) else None
@@ -457,6 +461,37 @@ def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
     if over == denominator:
         return low, low + 1
     return (low,) if over < denominator else (low + 1,)
+
+
+def is_hashable(value: object) -> bool:
+    """Tell whether the tree searches can branch on a report."""
+    try:
+        hash(value)
+    except TypeError:
+        return False
+    return True
+
+
+def checked_reports(sensor: object, reports: Any) -> dict[str, Any]:
+    """Return what a sensor's `sample` gave, or say what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        When it is no mapping, or a report cannot be hashed.
+    """
+    kind = type(sensor).__name__
+    if not isinstance(reports, Mapping):
+        raise InputError(
+            f"The sample of sensor {kind} is {reports!r}; expected a mapping from target to report"
+        )
+    for name, report in reports.items():
+        if not is_hashable(report):
+            raise InputError(
+                f"The report of '{name}' by sensor {kind} is a {type(report).__name__}, which "
+                "cannot be hashed; expected a number, a tuple or None"
+            )
+    return dict(reports)
 
 
 def load_sensor(spec: str, city: CityMap) -> Sensor:

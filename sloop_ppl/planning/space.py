@@ -157,7 +157,8 @@ class SearchSpace:
 
         Raises
         ------
-        UnknownName : when no such target is searched for.
+        UnknownName
+            When no such target is searched for.
         """
         if target_id not in self.target_ids:
             raise UnknownName("target of a find", target_id, self.target_ids)
@@ -236,6 +237,7 @@ class SearchSpace:
 
     @cached_property
     def _offsets(self) -> tuple[Offsets, ...] | None:
+        self._mask(self.pose_at(0))  # say at once what is wrong with a mask
         return self.sensor.offsets() if isinstance(self.sensor, MaskSensor) else None
 
     @cached_property
@@ -243,13 +245,15 @@ class SearchSpace:
         """Rows north and columns east of the cells that can be in view, by heading."""
         if self._offsets is not None:
             return self._offsets
-        fans: list[set[tuple[int, int]]] = [set() for _ in range(HEADINGS)]
+        rows, cols = self.n_rows - 1, self.n_cols - 1
+        planes = np.zeros((HEADINGS, 2 * rows + 1, 2 * cols + 1), dtype=bool)
         for number in range(self.n_cells * HEADINGS):
             row, col, heading = self.decode(number)
-            for cell in self.view(number):
-                r, c = divmod(cell, self.n_cols)
-                fans[heading].add((r - row, c - col))
-        return tuple(tuple(sorted(fan)) for fan in fans)
+            part = planes[heading, rows - row :, cols - col :][: self.n_rows, : self.n_cols]
+            part |= self._mask(self.pose_at(number))
+        return tuple(
+            tuple((int(r) - rows, int(c) - cols) for r, c in np.argwhere(plane)) for plane in planes
+        )
 
     @cached_property
     def hides(self) -> bool:
@@ -282,7 +286,10 @@ class SearchSpace:
     def view_mask(self, pose: int | Pose) -> NDArray[np.bool_]:
         """Return the cells in view as True, shape (H, W), from a pose by number or in metres."""
         if isinstance(pose, tuple):
-            return self._mask(pose)
+            number = self.snap(pose)
+            if number not in self._views or self.pose_at(number) != pose:
+                return self._mask(pose)
+            pose = number
         mask = np.zeros(self.n_cells, dtype=bool)
         mask[self.view_cells(pose)] = True
         return mask.reshape(self.shape)

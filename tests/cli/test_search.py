@@ -223,3 +223,17 @@ def test_what_is_believed_after_a_search_is_saved_and_gone_on_from(tmp_path, cap
     whole, _ = run(capsys, *begin, *said, 8)
     told = [json.loads(text)["poses"] for text in (first, rest, whole)]
     assert told[0] + told[1][1:] == told[2]
+
+
+def test_up_and_down_are_no_compass_words_from_the_ground(capsys):
+    above = [
+        "search",
+        "the green toyota is above velvet dog",
+        *SEARCH[2:],
+        "--steps",
+        "4",
+        "--json",
+    ]
+    from_a_map, _ = run(capsys, *above)
+    from_the_ground, _ = run(capsys, *above, "--viewpoint", "ground")
+    assert json.loads(from_a_map)["actions"] != json.loads(from_the_ground)["actions"]

@@ -13,6 +13,7 @@ from sloop_ppl.planning import (
     Environment,
     ExactMotion,
     FanSensor,
+    GridBelief,
     GridEnvironment,
     Outcome,
     Pose,
@@ -21,6 +22,8 @@ from sloop_ppl.planning import (
     SearchSpace,
     run_search,
 )
+from sloop_ppl.planning.baselines import find_worth
+from sloop_ppl.planning.environment import observation_of
 
 SHAPE = (9, 11)
 CITY = city_of(*SHAPE)
@@ -426,3 +429,86 @@ def test_a_pose_as_start_is_taken_as_it_is_and_checked():
     assert str(error.value) == (
         "Start: Place (4.1, 50) is off the map; expected x in [0, 55) and y in (-1, 44], metres"
     )
+
+
+class TwoAndAHalf:
+    """A motion that goes 12.5 m, from the middle of a cell to a border of one."""
+
+    def sample(self, pose, action, rng):
+        turn = {"forward": 0.0, "left": math.pi / 4, "right": -math.pi / 4}[action]
+        go = 12.5 if action == "forward" else 0.0
+        x, y = (
+            pose.x_m + go * math.cos(pose.heading_rad),
+            pose.y_m + go * math.sin(pose.heading_rad),
+        )
+        return x, y, pose.heading_rad + turn
+
+    def log_probability(self, next_pose, pose, action):
+        return 0.0
+
+
+@pytest.mark.parametrize("planner", ["fast", "greedy"])
+def test_a_cell_that_only_the_middle_of_the_robots_cell_would_show_is_not_waited_for(planner):
+    city = city_of(41, 41)
+    x, y = np.meshgrid(city.grid.x_m, city.grid.y_m)
+    for seed in (3, 14):  # `fast` turned left and right for ever, and marked what was not in view
+        episode = run_search(
+            {"A": np.exp(-np.hypot(x - 72.5, y - 42.5) / 30)},
+            city,
+            {"A": (65.0, 30.0)},
+            motion=TwoAndAHalf(),
+            planner=planner,
+            config=SearchConfig(sims=200),
+            rng=np.random.default_rng(seed),
+        )
+        assert episode.found
+
+
+def test_a_find_is_decided_on_what_is_in_view_from_the_reported_pose():
+    space = SearchSpace(CITY.grid, ("A",), SearchConfig())
+    middle = space.encode(4, 5, 0)
+    x, y, _ = space.pose_at(middle)
+    only_middle = sorted(space.view(middle) - set(_seen(space, Pose(x - 2.4, y, 0.0))))
+    assert only_middle
+    table = np.zeros(SHAPE)
+    table.flat[only_middle[0]] = 1.0
+    robot = space.robot(middle, looked=True)
+    rng = np.random.default_rng(0)
+    there = GridBelief(space, {"A": table}, robot, rng=rng)
+    assert find_worth(there, space.finds[0]) == 1000
+    beside = GridBelief(space, {"A": table}, robot, rng=rng, pose=Pose(x - 2.4, y, 0.0))
+    assert find_worth(beside, space.finds[0]) == -1000
+    assert only_middle[0] in beside.unseen
+    assert beside.in_view == tuple(_seen(space, beside.pose))
+    assert there.unseen == frozenset()
+
+
+def _seen(space, pose):
+    return np.flatnonzero(space.view_mask(pose)).tolist()
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        ({"seen": None}, "What a report has seen is None; expected a mapping from target to what "),
+        ({"found": None}, "What a report has found is None; expected the names of targets in a "),
+        (
+            {"found": "A"},
+            "What a report has found is 'A'; expected the names of targets in a tuple",
+        ),
+    ],
+)
+def test_a_report_that_is_none_is_one_line(made, message):
+    with pytest.raises(InputError) as error:
+        Report(**made)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_what_is_said_of_a_target_that_was_found_is_not_heard():
+    space = SearchSpace(CITY.grid, ("A", "B"), SearchConfig())
+    robot = space.robot(space.encode(4, 5, 0), found=1, finds=1, looked=True)
+    outcome = Outcome(Pose(*HERE), Report({"A": (27.5, 22.0), "B": None}))
+    observation = observation_of(space, space.moves[1], robot, outcome)
+    assert observation.seen == (-1, -1)
+    assert not observation.any

@@ -119,6 +119,10 @@ def test_whole_numbers_of_numpy_are_actions(action):
                 "east"
             ),
         ),
+        (
+            {"places": 5},
+            "The places are 5; expected a mapping from target to x and y in metres",
+        ),
         ("start", "The options of reset are 'start'; expected a mapping with places, start"),
     ],
 )

@@ -275,6 +275,16 @@ class Leaking(SlippingMotion):
         return ((0.9, pose),)
 
 
+class Surer(SlippingMotion):
+    def outcomes(self, pose, action):
+        return (1.5, pose), (-0.5, pose)
+
+
+class Single(SlippingMotion):
+    def outcomes(self, pose, action):
+        return 1.0, 0
+
+
 class Lost(Wading):
     def sample(self, pose, action, rng):
         return (pose[0], math.nan, pose[2])
@@ -304,6 +314,14 @@ def moving(motion, **settings):
         (
             lambda: moving(Leaking()),
             "The outcomes of 'forward' have probabilities that sum to 0.9; expected 1",
+        ),
+        (
+            lambda: moving(Surer()),
+            "An outcome of 'forward' has probability 1.5; expected a number in [0, 1]",
+        ),
+        (
+            lambda: moving(Single()),
+            ("The outcomes of 'forward' are (1.0, 0); expected pairs of probability and pose"),
         ),
         (
             lambda: moving(Lost()),

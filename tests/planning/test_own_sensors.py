@@ -23,6 +23,7 @@ from sloop_ppl.planning import (
     fan_offsets,
     run_search,
 )
+from sloop_ppl.planning._search_tables import hidden_cells
 from sloop_ppl.planning.pose_tables import visible_mass
 from sloop_ppl.planning.sensors import cells_between
 
@@ -396,3 +397,63 @@ def test_what_is_wrong_with_a_sensor_of_a_file_is_one_line(file, name, message):
     with pytest.raises(InputError) as error:
         search(f"{file}:{name}", "greedy")
     assert str(error.value) == message
+
+
+class Heard:
+    """A sensor that sees no mask, with a sample that is given."""
+
+    def __init__(self, reports):
+        self.reports = reports
+
+    def view(self, pose):
+        return np.zeros(GRID.shape, dtype=bool)
+
+    def log_likelihood(self, pose, report):
+        return np.zeros(GRID.shape)
+
+    def sample(self, pose, places, rng):
+        return self.reports
+
+
+@pytest.mark.parametrize("planner", ["greedy", "pouct", "pomcp", "fast"])
+def test_a_sample_that_is_none_is_one_line(planner):
+    with pytest.raises(InputError) as error:
+        search(Heard(None), planner)
+    assert str(error.value) == (
+        "The sample of sensor Heard is None; expected a mapping from target to report"
+    )
+    with pytest.raises(InputError) as error:
+        search(Heard({"A": ([1], 2)}), planner)
+    assert str(error.value) == (
+        "The report of 'A' by sensor Heard is a tuple, which cannot be hashed; expected a number, "
+        "a tuple or None"
+    )
+
+
+def test_a_relative_view_of_another_shape_is_one_line():
+    sensor = Narrow(GRID)
+    sensor.relative = True
+    with pytest.raises(InputError, match=r"has shape \(6, 9\) and type bool; expected the map's"):
+        search(sensor, "fast")
+
+
+class Everything(MaskSensor):
+    """A sensor that sees the whole map, and in the north another half of it to each side."""
+
+    def view(self, pose):
+        mask = np.ones(GRID.shape, dtype=bool)
+        mask[4:] = (self.grid.x_m > pose.x_m) == (pose.heading_rad < 3)
+        return mask
+
+
+def test_tables_of_a_sensor_that_sees_the_whole_map_are_its_views():
+    space = SearchSpace(GRID, ("A",), SearchConfig(), sensor=Everything(GRID))
+    hidden = hidden_cells(space)
+    for pose in range(space.n_cells * 8):
+        row, col, heading = space.decode(pose)
+        shown = {
+            (row + dr) * space.n_cols + col + dc
+            for place, (dr, dc) in enumerate(space.fans[heading])
+            if not hidden[pose, place]
+        }
+        assert shown == space.view(pose)
