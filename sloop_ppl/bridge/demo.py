@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from sloop_ppl.bridge.places import read_places
-from sloop_ppl.bridge.report import belief_lines, relation_table
+from sloop_ppl.bridge.formatting import belief_lines, relation_table
 from sloop_ppl.bridge.search_request import SearchRequest, SearchResult, run_request
+from sloop_ppl.bridge.typed_places import read_places
 from sloop_ppl.inference import Posterior
 from sloop_ppl.outputs import check_output_folder
 from sloop_ppl.plots import plot_beliefs, save_figure
@@ -48,7 +48,7 @@ def run_demo(folder: str | Path, show: Callable[[object], None]) -> SearchResult
         animation=out / "search.gif",
     )
     show(f"“{request.text}”\n")
-    result = run_request(request, tell=show, on_posterior=lambda p: _show_belief(p, out, show))
+    result = run_request(request, notify=show, on_posterior=lambda p: _show_belief(p, out, show))
     show(f"\n{result.summary[0]}")
     show(f"wrote {', '.join(sorted(str(path) for path in out.iterdir()))}")
     return result

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from sloop_ppl.bridge.words import facing, percent, relations_in_words
+from sloop_ppl.bridge.relation_text import facing, percent, relations_in_words
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps.whereabouts import whereabouts
 

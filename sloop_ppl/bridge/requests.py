@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sloop_ppl.bridge.facade import infer, parse
-from sloop_ppl.bridge.spoken import follow_up
+from sloop_ppl.bridge.timed_utterances import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.bridge.places import read_places, read_start
+from sloop_ppl.bridge.decision_text import why_lines
+from sloop_ppl.bridge.formatting import outcome_line, step_line, unresolved_lines
+from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
 from sloop_ppl.bridge.replay import draw_episode
-from sloop_ppl.bridge.report import outcome_line, step_line, unresolved_lines
 from sloop_ppl.bridge.requests import posterior_of, saved_posterior
 from sloop_ppl.bridge.searching import search
 from sloop_ppl.bridge.settings import read_settings
-from sloop_ppl.bridge.spoken import read_said
-from sloop_ppl.bridge.told import ToldEpisode
+from sloop_ppl.bridge.timed_utterances import read_utterances
 from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge.why import why_lines
+from sloop_ppl.bridge.typed_places import read_places, read_start
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.models import fitting_note
@@ -49,7 +49,7 @@ class SearchRequest:
     prior: str | None = None
     viewpoint: str = "map"
     posterior: Path | None = None
-    said: tuple[str, ...] = ()
+    utterances: tuple[str, ...] = ()
     planner: str = "fast"
     sensor: str | None = None
     sensor_range_cells: float = 3
@@ -75,14 +75,14 @@ class SearchResult:
     """What came of a request: the posterior before it, the episode, and how to tell of them."""
 
     posterior: Posterior
-    episode: ToldEpisode
+    episode: PosteriorEpisode
     report: dict[str, Any]
     summary: tuple[str, ...]
 
 
 def run_request(
     request: SearchRequest,
-    tell: Callable[[str], None],
+    notify: Callable[[str], None],
     on_posterior: Callable[[Posterior], None] | None = None,
 ) -> SearchResult:
     """Infer, search and write what was asked for.
@@ -90,7 +90,7 @@ def run_request(
     Parameters
     ----------
     request : names, paths and numbers as they were typed.
-    tell : takes each line of progress.
+    notify : takes each line of progress.
     on_posterior : called with the posterior before the search.
 
     Raises
@@ -99,23 +99,23 @@ def run_request(
     SearchInterrupted : on Ctrl-C, once what was done until then has been written.
     """
     places, start = read_places(request.places), read_start(request.start)
-    said = read_said(request.said)
+    utterances = read_utterances(request.utterances)
     planner = planner_of(request.planner)
     config = _config(request)
     _check_outputs(request)
     posterior = _posterior(request, places)
     for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
-            tell(line)
+            notify(line)
     if on_posterior is not None:
         on_posterior(posterior)
 
     def on_step(step: Step) -> None:
         for line in why_lines(step) if request.explain else ():
-            tell(line)
-        tell(step_line(step))
-        if step.index + 1 in said:
-            tell(f"     told: “{said[step.index + 1]}”")
+            notify(line)
+        notify(step_line(step))
+        if step.index + 1 in utterances:
+            notify(f"     told: “{utterances[step.index + 1]}”")
         if keeper is not None:
             keeper.keep(step)
 
@@ -133,19 +133,21 @@ def run_request(
             rng=np.random.default_rng(request.seed),
             config=config,
             on_step=on_step,
-            notify=tell,
+            notify=notify,
             keep_beliefs=request.animation is not None,
-            said=said,
+            said=utterances,
             one_at_a_time=request.one_at_a_time,
         )
     except SearchInterrupted as stopped:
-        if isinstance(stopped.episode, ToldEpisode):
+        if isinstance(stopped.episode, PosteriorEpisode):
             _write(request, posterior, stopped.episode)
         if keeper is not None and keeper.kept:
             keeper.write()
         raise
-    for step in episode.unheard:
-        tell(f"never said, for the search ended after {episode.steps} steps: “{said[step]}”")
+    for step in episode.pending_steps:
+        notify(
+            f"never said, for the search ended after {episode.steps} steps: “{utterances[step]}”"
+        )
     _write(request, posterior, episode)
     if keeper is not None:
         keeper.write()
@@ -196,18 +198,20 @@ def _check_outputs(request: SearchRequest) -> None:
         check_figure_path(request.animation, animation=True)
 
 
-def _named(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> dict[str, Any]:
-    said = {str(step): d.text for step, d in episode.said.items()}
+def _named(
+    request: SearchRequest, posterior: Posterior, episode: PosteriorEpisode
+) -> dict[str, Any]:
+    utterances = {str(step): d.text for step, d in episode.utterances.items()}
     return {
         "map": episode.map_name,
         "model": posterior.model.name,
         "planner": episode.planner,
         "seed": request.seed,
-        **({"said": said} if said else {}),
+        **({"said": utterances} if utterances else {}),
     }
 
 
-def _write(request: SearchRequest, posterior: Posterior, episode: ToldEpisode) -> None:
+def _write(request: SearchRequest, posterior: Posterior, episode: PosteriorEpisode) -> None:
     if request.out:
         write_episode(
             replace(episode, beliefs=()) if not request.animation else episode,

@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sloop_ppl.bridge.listening import Listener
-from sloop_ppl.bridge.spoken import descriptions_of
-from sloop_ppl.bridge.told import OneLeg, SearchSetup, ToldEpisode, after, joined
+from sloop_ppl.bridge.posterior_episode import (
+    OneLeg,
+    PosteriorEpisode,
+    SearchSetup,
+    after,
+    joined,
+)
+from sloop_ppl.bridge.timed_utterances import descriptions_of
+from sloop_ppl.bridge.tracking import BeliefTracker
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
@@ -47,7 +53,7 @@ def search(
     keep_beliefs: bool = False,
     said: Mapping[int, str | Description] | None = None,
     one_at_a_time: bool = False,
-) -> ToldEpisode:
+) -> PosteriorEpisode:
     """Search the map for the targets of a posterior, all of them jointly.
 
     Parameters
@@ -79,9 +85,9 @@ def search(
 
     Returns
     -------
-    ToldEpisode
+    PosteriorEpisode
         Poses, actions, observations, rewards and what was found, with the posterior after it all;
-        ``episode.tell(description)`` and ``episode.go_on(rng=...)`` take it further.
+        ``episode.update(description)`` and ``episode.go_on(rng=...)`` take it further.
 
     Raises
     ------
@@ -93,9 +99,9 @@ def search(
     """
     chosen = planner_of(planner)
     check_map(posterior, city)
-    spoken = descriptions_of(posterior, said or {})
+    utterances = descriptions_of(posterior, said or {})
     informed = posterior
-    for step, description in spoken.items():
+    for step, description in utterances.items():
         informed = informed.update(description, rng=child(rng, "said", step))
     imagined: dict[str, tuple[float, float]] = {}
     if environment is None:
@@ -116,7 +122,7 @@ def search(
             on_step=on_step,
             notify=notify,
             keep_beliefs=keep_beliefs,
-            said=spoken,
+            utterances=utterances,
         )
     except SearchInterrupted as stopped:
         stopped.episode = replace(stopped.episode, imagined=tuple(imagined))
@@ -136,8 +142,8 @@ def search_legs(
     on_step: Callable[[Step], None] | None = None,
     notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
-    said: Mapping[int, Description] = MappingProxyType({}),
-) -> ToldEpisode:
+    utterances: Mapping[int, Description] = MappingProxyType({}),
+) -> PosteriorEpisode:
     """Search for groups of targets, one group after the other; arguments as in `search`.
 
     Parameters
@@ -145,41 +151,43 @@ def search_legs(
     legs : the targets of each group.
     setup : the planner, and what is not of the settings.
     """
-    listener = Listener(posterior, said, recovery_weight=config.recovery_weight, rng=rng)
-    if 0 in said:
-        listener.hear(said[0])
+    tracker = BeliefTracker(posterior, utterances, recovery_weight=config.recovery_weight, rng=rng)
+    if 0 in utterances:
+        tracker.update(utterances[0])
     for name in places:
         if name not in posterior.targets:
             raise InputError(
                 f"'{name}' has no belief; expected a place for each of: "
                 f"{', '.join(posterior.targets)}"
             )
-    whole: ToldEpisode | None = None
+    whole: PosteriorEpisode | None = None
     for number, leg in enumerate(legs):
-        beliefs = {t: listener.posterior.belief(t) for t in posterior.targets}
-        listener.searched = leg
+        beliefs = {t: tracker.posterior.belief(t) for t in posterior.targets}
+        tracker.searched = leg
         environment, others = setup.environment, set(posterior.targets).difference(leg)
         if others and isinstance(environment, Environment):
             environment = OneLeg(environment, others)
 
-        def told(step: Step, before: ToldEpisode | None = whole) -> None:
+        def notify_step(step: Step, before: PosteriorEpisode | None = whole) -> None:
             if on_step is not None:
                 on_step(after(step, before, beliefs))  # noqa: B023 - called within the leg
 
-        def add(episode: Episode, before: ToldEpisode | None = whole) -> ToldEpisode:
+        def add(episode: Episode, before: PosteriorEpisode | None = whole) -> PosteriorEpisode:
             kept = tuple(
                 MappingProxyType({**beliefs, **tables})  # noqa: B023 - called within the leg
                 for tables in episode.beliefs
             )
             columns = {f.name: getattr(episode, f.name) for f in fields(episode)}
-            new = ToldEpisode(**{**columns, "beliefs": kept})
+            new = PosteriorEpisode(**{**columns, "beliefs": kept})
             new = new if before is None else joined(before, new)
             return replace(
                 new,
-                posterior=listener.posterior,
+                posterior=tracker.posterior,
                 setup=setup,
-                said=MappingProxyType({k: v for k, v in said.items() if k not in listener.unheard}),
-                unheard=listener.unheard,
+                utterances=MappingProxyType(
+                    {k: v for k, v in utterances.items() if k not in tracker.pending_steps}
+                ),
+                pending_steps=tracker.pending_steps,
             )
 
         try:
@@ -194,9 +202,9 @@ def search_legs(
                 config=config,
                 start=start if whole is None or environment is not None else whole.poses[-1],
                 rng=rng if number == 0 else child(rng, "leg", number),
-                on_step=told,
+                on_step=notify_step,
                 notify=notify,
-                on_observation=listener.observe,
+                on_observation=tracker.observe,
                 keep_beliefs=keep_beliefs,
             )
         except SearchInterrupted as stopped:

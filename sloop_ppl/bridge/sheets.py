@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sloop_ppl.bridge.words import percent, relations_in_words
+from sloop_ppl.bridge.relation_text import percent, relations_in_words
 from sloop_ppl.inference.factors import site_name
 from sloop_ppl.inference.frames import FramePosterior, frame_masses
 from sloop_ppl.plots import FrameRose, SheetParts, plot_sheets

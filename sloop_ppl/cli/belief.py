@@ -62,7 +62,7 @@ def infer(
         check_output(export, (".geojson", ".json"))
     import numpy as np
 
-    from sloop_ppl.bridge.report import belief_lines, belief_report, unresolved_lines
+    from sloop_ppl.bridge.formatting import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge.requests import posterior_of
     from sloop_ppl.models import fitting_note
 

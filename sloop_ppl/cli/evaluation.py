@@ -172,7 +172,7 @@ def search(
                 files, out, maps, gold, models, params, cv, fits, ranges, starts, searching,
                 primary, skip_bad, workers, backend, address,
             ),
-            tell=progress,
+            notify=progress,
             progress=shown,
         )  # fmt: skip
     for line in unused_options(context, planner):

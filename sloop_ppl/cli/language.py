@@ -28,7 +28,7 @@ def parse(
     """Read spatial relations from a sentence."""
     import sloop_ppl as sloop
     from sloop_ppl import language
-    from sloop_ppl.bridge.report import relation_table
+    from sloop_ppl.bridge.formatting import relation_table
 
     page = check_output(html, (".html", ".htm")) if html else None
     city = sloop.load_map(map_)

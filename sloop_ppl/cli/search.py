@@ -52,9 +52,11 @@ def search(
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
     ] = None,
-    say: Annotated[
+    utterances: Annotated[
         list[str] | None,
-        typer.Option(help="STEP=TEXT: what is said once so many steps are taken; may be repeated."),
+        typer.Option(
+            "--say", help="STEP=TEXT: what is said once so many steps are taken; may be repeated."
+        ),
     ] = None,
     planner: Annotated[
         str, typer.Option(help="Planner, see `sloop list planners`; or FILE.py:NAME.")
@@ -121,22 +123,22 @@ def search(
 
     if replay is not None:
         _only(context, "replay", "map_", "figure", "animation", "json")
-        told, line = replay_report(replay, map_, figure=figure, animation=animation)
-        print_json(told) if json else print_data(line)
+        payload, line = replay_report(replay, map_, figure=figure, animation=animation)
+        print_json(payload) if json else print_data(line)
         return
     if posterior is not None:
         _not_with_posterior(context)
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, viewpoint=viewpoint, posterior=posterior, said=tuple(say or ()),
+        prior=prior, viewpoint=viewpoint, posterior=posterior, utterances=tuple(utterances or ()),
         planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
         tree=tree, tree_step=tree_step, figure=figure, animation=animation,
     )  # fmt: skip
-    lines = run_request(request, tell=progress)
+    lines = run_request(request, notify=progress)
     for line in unused_options(context, planner):
         progress(line)
     print_json(lines.report) if json else print_data(*lines.summary)

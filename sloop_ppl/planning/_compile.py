@@ -158,13 +158,13 @@ class _Listener(event.Listener):
 
     def __init__(self, callback: Callable[[], None]) -> None:
         self._callback = callback
-        self._told = False
+        self._notified = False
 
     def on_start(self, event: Any) -> None:
         """Call back when the function is one of ours and nothing was said yet."""
         function = event.data["dispatcher"].py_func
-        if not self._told and function.__module__.startswith("sloop_ppl."):
-            self._told = True
+        if not self._notified and function.__module__.startswith("sloop_ppl."):
+            self._notified = True
             self._callback()
 
     def on_end(self, event: Any) -> None:

@@ -24,10 +24,10 @@ __all__ = [
     "Outcome",
     "Report",
     "checked_outcome",
+    "given_places",
     "observation_of",
     "robot_after",
     "start_pose",
-    "told_places",
     "true_cells",
 ]
 
@@ -315,7 +315,7 @@ def true_cells(ids: tuple[str, ...], places: Mapping[str, Place], grid: Grid) ->
     return tuple(cells)
 
 
-def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, Place]:
+def given_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, Place]:
     """Return the places of those targets of which they are told, for the record alone.
 
     Raises
@@ -324,15 +324,15 @@ def told_places(places: Mapping[str, Place], ids: tuple[str, ...]) -> dict[str, 
         When one is no place, or is of something that is not searched for.
     """
     _refuse_no_mapping(places)
-    told = {}
+    given = {}
     for name, place in places.items():
         if name not in ids:
             raise InputError(
                 f"'{name}' has no belief; expected places of none but: {', '.join(ids)}"
             )
         x, y = _numbers(f"The place of '{name}'", place, (2,))
-        told[name] = x, y
-    return told
+        given[name] = x, y
+    return given
 
 
 def _refuse_no_mapping(places: object) -> None:

@@ -170,9 +170,9 @@ def flat_tree_to_json(tree: Any, size: int, actions: tuple[Any, ...], depth: int
         levels[node] = 0 if node == 0 else levels[parent] + 1
         if levels[node] > depth:
             continue
-        told: dict[str, Any] = {"visits": int(tree.visits[node]), "actions": {}}
+        payload: dict[str, Any] = {"visits": int(tree.visits[node]), "actions": {}}
         if levels[node] < depth:
-            told["actions"] = {
+            payload["actions"] = {
                 str(actions[a]): {
                     "value": float(tree.values[node, a]),
                     "visits": int(tree.counts[node, a]),
@@ -183,6 +183,6 @@ def flat_tree_to_json(tree: Any, size: int, actions: tuple[Any, ...], depth: int
             }
         if node:
             branch = kept[parent]["actions"][str(actions[action])]
-            branch["after"][str(int(tree.key[node]))] = told
-        kept[node] = told
+            branch["after"][str(int(tree.key[node]))] = payload
+        kept[node] = payload
     return kept[0] if size else {"visits": 0, "actions": {}}

@@ -22,10 +22,10 @@ from sloop_ppl.planning.environment import (
     GridEnvironment,
     Outcome,
     checked_outcome,
+    given_places,
     observation_of,
     robot_after,
     start_pose,
-    told_places,
 )
 from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
 from sloop_ppl.planning.explain import expected_sightings, unreachable_notes
@@ -135,7 +135,7 @@ def run_search(
         environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
     else:
         _refuse_with_environment(environment, start)
-        known = told_places(places or {}, ids)
+        known = given_places(places or {}, ids)
     pose = as_pose(environment.pose, "The environment's pose")
     try:
         robot = space.robot(space.snap(pose))

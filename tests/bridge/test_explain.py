@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sloop_ppl.bridge.explain import explain_lines
+from sloop_ppl.bridge.relation_text import facing, percent, relations_in_words
 from sloop_ppl.bridge.sheets import figure_of, sheet_of
-from sloop_ppl.bridge.words import facing, percent, relations_in_words
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import SpatialRelation
 from tests.mixture import MIXTURE

@@ -26,8 +26,8 @@ def test_words_are_weighed_by_their_evidence_given_the_others():
     base = float(infer_description(said(others), CITY, speaks)[0].log_evidence)
     for word in speaker_words():
         both = infer_description(said(others, relation(word, "House")), CITY, speaks)[0]
-        # The uninformative component speaks of both phrases, so the mixture does not factorise: compare
-        # under a speaker who is never uninformative.
+        # The uninformative component speaks of both phrases, so the mixture does not factorise:
+        # compare under a speaker who is never uninformative.
         assert check.words[word] > 0
         del both
     literal = speaker_of("sloop")

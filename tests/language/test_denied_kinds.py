@@ -58,7 +58,7 @@ def test_what_is_said_of_one_is_not_said_of_all(text):
 
 
 def test_it_is_one_relation_in_the_file_and_in_words():
-    from sloop_ppl.bridge.words import relations_in_words
+    from sloop_ppl.bridge.relation_text import relations_in_words
 
     description = sloop.parse("The red bike is not near a restaurant.", CITY)
     entries = description.to_json()["relations"]

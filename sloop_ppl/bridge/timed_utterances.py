@@ -14,12 +14,12 @@ from sloop_ppl.language import Description, RelationSpans, TargetObject, no_rela
 if TYPE_CHECKING:
     from sloop_ppl.inference import Posterior
 
-__all__ = ["descriptions_of", "follow_up", "read_said"]
+__all__ = ["descriptions_of", "follow_up", "read_utterances"]
 
-_SAID = re.compile(r"\s*(?P<step>-?\d+)\s*=\s*(?P<text>.*\S)\s*", re.DOTALL)
+_TIMED = re.compile(r"\s*(?P<step>-?\d+)\s*=\s*(?P<text>.*\S)\s*", re.DOTALL)
 
 
-def read_said(typed: Sequence[str]) -> dict[int, str]:
+def read_utterances(typed: Sequence[str]) -> dict[int, str]:
     """Return steps taken -> the words that are said then.
 
     Parameters
@@ -32,12 +32,12 @@ def read_said(typed: Sequence[str]) -> dict[int, str]:
 
     Examples
     --------
-    >>> read_said(["12=it is closer to the bank"])
+    >>> read_utterances(["12=it is closer to the bank"])
     {12: 'it is closer to the bank'}
     """
     utterances: dict[int, str] = {}
     for text in typed:
-        match = _SAID.fullmatch(text)
+        match = _TIMED.fullmatch(text)
         if match is None:
             raise InputError(
                 f"Words '{text}' are malformed; expected STEP=TEXT, such as "
@@ -103,7 +103,7 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
 
 
 def descriptions_of(
-    posterior: Posterior, said: Mapping[int, str | Description]
+    posterior: Posterior, utterances: Mapping[int, str | Description]
 ) -> dict[int, Description]:
     """Return steps taken -> description, in the order in which they are said.
 
@@ -113,12 +113,12 @@ def descriptions_of(
     NoRelationFound : when a text says nothing of a target.
     """
     read: dict[int, Description] = {}
-    for step in sorted(said):
+    for step in sorted(utterances):
         if step < 0:
             raise InputError(
                 f"Words for step {step} are given; expected a step of at least 0, before the first"
             )
-        words = said[step]
+        words = utterances[step]
         if isinstance(words, str):
             words = follow_up(posterior, words, [d.text for d in read.values()])
         read[step] = words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sloop_ppl.bridge.words import percent
+from sloop_ppl.bridge.relation_text import percent
 
 if TYPE_CHECKING:
     from sloop_ppl.planning import Step
@@ -33,11 +33,11 @@ def why_lines(step: Step) -> list[str]:
             shown = ", ".join(f"{target} {percent(p, 1)}" for target, p in seen.items())
             columns.append(f"expects to see {shown}")
         lines.append("  ".join(columns))
-    lines += [f"       {name}: {_told(value)}" for name, value in info.notes.items()]
+    lines += [f"       {name}: {_note_text(value)}" for name, value in info.notes.items()]
     return lines
 
 
-def _told(value: object) -> str:
+def _note_text(value: object) -> str:
     """Return a note in few words: moves by name, probabilities in per cent."""
     if not isinstance(value, tuple):
         return str(value)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sloop_ppl.bridge import search
-from sloop_ppl.bridge.listening import Listener
 from sloop_ppl.bridge.searching import imagined_places
+from sloop_ppl.bridge.tracking import BeliefTracker
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound
 from sloop_ppl.inference import infer_description
 from sloop_ppl.models import Component, PredictedSpread, preset
@@ -91,10 +91,10 @@ def test_the_order_of_what_is_seen_and_said_is_irrelevant(order, seed):
     }
 
     def after(names):
-        listener = Listener(posterior(), {}, rng=rng())
+        tracker = BeliefTracker(posterior(), {}, rng=rng())
         for name in names:
-            listener.hear(MORE) if name == "said" else listener.observe(tables[name])
-        return listener.posterior
+            tracker.update(MORE) if name == "said" else tracker.observe(tables[name])
+        return tracker.posterior
 
     expected = after(["said", *tables])
     got = after(order)
@@ -115,23 +115,23 @@ def test_what_is_said_on_the_way_counts_from_then_on(step):
         for a, b in zip(silent.beliefs, told.beliefs, strict=False)
     ]
     assert same.index(False) == step
-    assert told.said == {step: MORE}
+    assert told.utterances == {step: MORE}
     np.testing.assert_allclose(told.beliefs[-1]["B"], found(told)["B"], atol=1e-12)
 
 
 def test_what_is_said_after_the_end_is_named():
     told = search(posterior(OWN), CITY, PLACES, planner="random", rng=rng(),
                   said={150: MORE}, config=SearchConfig(max_steps=3))  # fmt: skip
-    assert told.unheard == (150,)
-    assert told.said == {}
+    assert told.pending_steps == (150,)
+    assert told.utterances == {}
 
 
 def test_an_episode_can_be_told_more_and_go_on():
     first = search(posterior(), CITY, PLACES, planner="greedy", rng=rng(),
                    start=(-30.0, -30.0, 180.0), config=SearchConfig(max_steps=2))  # fmt: skip
-    told = first.tell(MORE)
-    assert first.said == {}
-    assert told.said == {2: MORE}
+    told = first.update(MORE)
+    assert first.utterances == {}
+    assert told.utterances == {2: MORE}
     expected = first.posterior.update(MORE)
     np.testing.assert_array_equal(told.posterior.belief("B"), expected.belief("B"))
     whole = told.go_on(40, rng=rng(1))
@@ -173,11 +173,11 @@ def test_ctrl_c_keeps_the_posterior_and_all_legs():
 def test_an_impossible_sight_can_be_recovered_from():
     nowhere = {"A": np.where(np.arange(15)[:, None] < 3, 0.0, -np.inf) + np.zeros((15, 15))}
     there = {"A": np.where(np.arange(15)[:, None] > 10, 0.0, -np.inf) + np.zeros((15, 15))}
-    strict = Listener(posterior(), {}, rng=rng())
+    strict = BeliefTracker(posterior(), {}, rng=rng())
     strict.observe(nowhere)
     with pytest.raises(BeliefCollapse):
         strict.observe(there)
-    lenient = Listener(posterior(), {}, recovery_weight=0.1, rng=rng())
+    lenient = BeliefTracker(posterior(), {}, recovery_weight=0.1, rng=rng())
     lenient.observe(nowhere)
     lenient.observe(there)
     belief, start = lenient.posterior.belief("A"), posterior().belief("A")

@@ -24,17 +24,19 @@ __all__ = [
 ]
 
 
-def relation_table(said: Description) -> Table:
+def relation_table(description: Description) -> Table:
     """Return the relations of a description with the words each was read from."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in ("figure", "relation", "ground", "read from"):
         table.add_column(name, overflow="fold")
-    for relation in said.relations:
+    for relation in description.relations:
         word = f"not {relation.relation}" if relation.negated else relation.relation
         if relation.distance_m is not None:
             word += f" ({relation.distance_m:g} m)"
-        table.add_row(relation.figure, word, ", ".join(relation.grounds), _words(said, relation))
-    for missed in said.unresolved:
+        table.add_row(
+            relation.figure, word, ", ".join(relation.grounds), _words(description, relation)
+        )
+    for missed in description.unresolved:
         table.add_row("[dim]?[/]", "", "", _missed(missed.text, missed.candidates))
     return table
 

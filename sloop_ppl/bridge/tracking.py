@@ -13,18 +13,18 @@ from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.rng import child
 
-__all__ = ["Listener"]
+__all__ = ["BeliefTracker"]
 
 Tables = Mapping[str, NDArray[np.float64]]
 
 
-class Listener:
+class BeliefTracker:
     """The joint posterior during a search, as the hook `on_observation` of ``run_search``.
 
     Parameters
     ----------
     posterior : what is believed at the start.
-    said : steps taken -> what is said then.
+    utterances : steps taken -> what is said then.
     recovery_weight : share of the beliefs at the start that is mixed in when an observation is
         impossible; with 0 it raises `BeliefCollapse`.
     rng : wanted by engines that draw.
@@ -38,12 +38,12 @@ class Listener:
     def __init__(
         self,
         posterior: Posterior,
-        said: Mapping[int, Description],
+        utterances: Mapping[int, Description],
         *,
         recovery_weight: float = 0.0,
         rng: np.random.Generator,
     ) -> None:
-        self._posterior, self._said, self._rng = posterior, dict(said), rng
+        self._posterior, self._utterances, self._rng = posterior, dict(utterances), rng
         self._weight = recovery_weight
         self._initial = {t: posterior.belief(t) for t in posterior.targets if recovery_weight}
         self._sensed: dict[str, NDArray[np.float64]] = {}
@@ -58,16 +58,16 @@ class Listener:
         return self._posterior
 
     @property
-    def unheard(self) -> tuple[int, ...]:
+    def pending_steps(self) -> tuple[int, ...]:
         """The steps for which there are words but that have not been reached."""
-        return tuple(sorted(step for step in self._said if step > self._steps))
+        return tuple(sorted(step for step in self._utterances if step > self._steps))
 
-    def observe(self, told: Tables) -> Tables | None:
+    def observe(self, log_factors: Tables) -> Tables | None:
         """Take what a step showed and return the beliefs it changes beyond the search's own.
 
         Parameters
         ----------
-        told : target -> log likelihood of each cell, shape (H, W).
+        log_factors : target -> log likelihood of each cell, shape (H, W).
 
         Returns
         -------
@@ -75,19 +75,19 @@ class Listener:
             Beliefs of the searched targets; None when nothing was said and no frame is shared.
         """
         self._steps += 1
-        for target, table in told.items():
+        for target, table in log_factors.items():
             self._sensed[target] = self._sensed.get(target, 0.0) + table
-        utterance = self._said.get(self._steps)
+        utterance = self._utterances.get(self._steps)
         if self._weight:
             self._catch_up()
         if utterance is not None:
-            self.hear(utterance)
+            self.update(utterance)
         elif not self._coupled:
             return None
         self._catch_up()
         return {target: self._posterior.belief(target) for target in self.searched}
 
-    def hear(self, description: Description) -> None:
+    def update(self, description: Description) -> None:
         """Take what is said."""
         self._catch_up()
         rng = child(self._rng, "said", self._steps)

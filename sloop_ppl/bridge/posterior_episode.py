@@ -1,4 +1,4 @@
-"""An episode that keeps the posterior, so that it can be told more and go on."""
+"""An episode that keeps the posterior, so that it can be updated and go on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.bridge.spoken import follow_up
+from sloop_ppl.bridge.timed_utterances import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
@@ -20,7 +20,7 @@ from sloop_ppl.planning.episode import Episode
 if TYPE_CHECKING:
     from sloop_ppl.planning import Step
 
-__all__ = ["OneLeg", "SearchSetup", "ToldEpisode", "after", "joined"]
+__all__ = ["OneLeg", "PosteriorEpisode", "SearchSetup", "after", "joined"]
 
 Table = NDArray[np.float64]
 
@@ -78,26 +78,26 @@ class OneLeg:
 
 
 @dataclass(frozen=True, eq=False)
-class ToldEpisode(Episode):
+class PosteriorEpisode(Episode):
     """A search with what is believed after it; see `Episode` for the rest.
 
     Parameters
     ----------
     posterior : the joint posterior after all that was seen and said.
-    said : steps taken -> what was said then.
-    unheard : steps of which the words were never said, for the search had ended.
+    utterances : steps taken -> description given then.
+    pending_steps : steps whose utterances were never given, for the search had ended.
     setup : planner, sensor, motion and environment, by which `go_on` goes on.
     """
 
     posterior: Posterior | None = None
-    said: Mapping[int, Description] = field(default_factory=lambda: MappingProxyType({}))
-    unheard: tuple[int, ...] = ()
+    utterances: Mapping[int, Description] = field(default_factory=lambda: MappingProxyType({}))
+    pending_steps: tuple[int, ...] = ()
     setup: SearchSetup | None = field(default=None, repr=False)
 
-    def tell(
+    def update(
         self, description: Description | str, rng: np.random.Generator | None = None
-    ) -> ToldEpisode:
-        """Return the episode with a posterior that was told one more thing.
+    ) -> PosteriorEpisode:
+        """Return the episode with the posterior after one more description.
 
         Parameters
         ----------
@@ -112,14 +112,14 @@ class ToldEpisode(Episode):
         posterior = self._posterior()
         if isinstance(description, str):
             description = follow_up(posterior, description)
-        said = {**self.said, self.steps: description}
+        utterances = {**self.utterances, self.steps: description}
         return replace(
             self,
             posterior=posterior.update(description, rng=rng),
-            said=MappingProxyType(said),
+            utterances=MappingProxyType(utterances),
         )
 
-    def go_on(self, max_steps: int | None = None, *, rng: np.random.Generator) -> ToldEpisode:
+    def go_on(self, max_steps: int | None = None, *, rng: np.random.Generator) -> PosteriorEpisode:
         """Search on for what was not found, from the last pose and with the present posterior.
 
         Parameters
@@ -129,7 +129,7 @@ class ToldEpisode(Episode):
 
         Returns
         -------
-        ToldEpisode
+        PosteriorEpisode
             The whole, from the first step on; itself when all is found.
         """
         from sloop_ppl.bridge.searching import search_legs
@@ -149,7 +149,9 @@ class ToldEpisode(Episode):
             keep_beliefs=bool(self.beliefs),
         )
         whole = joined(self, replace(more, config=config))
-        return replace(whole, imagined=self.imagined, said=self.said, posterior=more.posterior)
+        return replace(
+            whole, imagined=self.imagined, utterances=self.utterances, posterior=more.posterior
+        )
 
     def _posterior(self) -> Posterior:
         if self.posterior is None:
@@ -157,7 +159,7 @@ class ToldEpisode(Episode):
         return self.posterior
 
 
-def joined(first: ToldEpisode, second: ToldEpisode) -> ToldEpisode:
+def joined(first: PosteriorEpisode, second: PosteriorEpisode) -> PosteriorEpisode:
     """Return two searches, the second of which began where the first ended, as one."""
     places = {**first.places, **{t: p for t, p in second.places.items() if t not in first.places}}
     targets = (*first.targets, *(t for t in second.targets if t not in first.targets))
@@ -181,7 +183,7 @@ def joined(first: ToldEpisode, second: ToldEpisode) -> ToldEpisode:
     )
 
 
-def after(step: Step, before: ToldEpisode | None, others: Mapping[str, Table]) -> Step:
+def after(step: Step, before: PosteriorEpisode | None, others: Mapping[str, Table]) -> Step:
     """Return a step of a later leg as a step of the whole search."""
     if before is None:
         return step
