@@ -61,12 +61,13 @@ class Report:
                 f"What a report has seen is {self.seen!r}; expected a mapping from target to what "
                 "the sensor reports"
             )
-        if isinstance(self.found, str) or not isinstance(self.found, Iterable):
+        names: object = self.found
+        if isinstance(names, str) or not isinstance(names, Iterable):
             raise InputError(
                 f"What a report has found is {self.found!r}; expected the names of targets in a "
                 "tuple"
             )
-        object.__setattr__(self, "found", tuple(self.found))
+        object.__setattr__(self, "found", tuple(names))
 
 
 class Outcome(NamedTuple):

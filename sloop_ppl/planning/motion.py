@@ -209,18 +209,18 @@ class MoveTable(NamedTuple):
         return bool(self.offsets.shape[2] > 1)
 
 
-def _pairs(outcomes: Any, action: str) -> list[tuple[float, Any]]:
+def _pairs(outcomes: Any, action: str) -> tuple[tuple[float, Any], ...]:
     """Return the outcomes of a move as pairs of probability and pose, or refuse them."""
     try:
-        pairs = [(float(chance), after) for chance, after in outcomes]
+        pairs = tuple((float(chance), after) for chance, after in outcomes)
     except (TypeError, ValueError):
         raise InputError(
             f"The outcomes of '{action}' are {outcomes!r}; expected pairs of probability and pose"
         ) from None
-    for chance, _ in pairs:
-        if not 0 <= chance <= 1 + _SLACK:
+    for p, _ in pairs:
+        if not 0 <= p <= 1 + _SLACK:
             raise InputError(
-                f"An outcome of '{action}' has probability {chance:g}; expected a number in [0, 1]"
+                f"An outcome of '{action}' has probability {p:g}; expected a number in [0, 1]"
             )
     return pairs
 
@@ -258,11 +258,11 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
                 draws = (motion.sample(pose, action, rng) for _ in range(DRAWS))
                 outcomes = tuple((1.0 / DRAWS, after) for after in draws)
             found: dict[tuple[int, int, int], float] = {}
-            for chance, after in outcomes:
+            for share, after in outcomes:
                 x, y, angle = as_pose(after, f"The pose after '{action}'")
                 turn = round((angle - pose.heading_rad) / EIGHTH) % HEADINGS
                 key = round(y / cell_m), round(x / cell_m), turn
-                found[key] = found.get(key, 0.0) + chance
+                found[key] = found.get(key, 0.0) + share
             if abs(math.fsum(found.values()) - 1.0) > 1e-6:
                 raise InputError(
                     f"The outcomes of '{action}' have probabilities that sum to "
