@@ -67,7 +67,7 @@ class Report:
                 f"What a report has found is {self.found!r}; expected the names of targets in a "
                 "tuple"
             )
-        object.__setattr__(self, "found", tuple(self.found))
+        object.__setattr__(self, "found", tuple(names))
 
 
 class Outcome(NamedTuple):

@@ -130,8 +130,8 @@ class SearchObservationModel(ObservationModel):
         self._made: dict[tuple[tuple[int, ...], int, int], SearchObservation] = {}
         self._sensor = space.sensor
         self._mask = space.sensor if isinstance(space.sensor, MaskSensor) else None
-        self._exact = self._mask is not None and self._mask.exact
         self._stochastic = space.stochastic
+        self._plain = self._mask is not None and self._mask.exact and not self._stochastic
         self._rng = random.Random(0) if rng is None else rng
         self._generator: np.random.Generator | None = None
 
@@ -140,16 +140,13 @@ class SearchObservationModel(ObservationModel):
         robot = next_state.robot
         if action.index >= 3:
             return self._blank[robot.found]
+        if self._plain and robot.view.isdisjoint(next_state.cells):
+            return self._blank[robot.found]  # most of a rollout comes this way
         if self._mask is None:
             return self._reported(next_state)
-        pose = robot.pose if self._stochastic else -1
-        if not self._exact:
-            seen = self._sensed(self._mask, next_state)
-        elif robot.view.isdisjoint(next_state.cells) and pose < 0:
-            return self._blank[robot.found]
-        else:
-            seen = self._in_view(next_state)
-        key = seen, robot.found, pose
+        exact = self._mask.exact
+        seen = self._in_view(next_state) if exact else self._sensed(self._mask, next_state)
+        key = seen, robot.found, robot.pose if self._stochastic else -1
         made = self._made.get(key)
         if made is None:
             made = self._made[key] = SearchObservation(*key)
