@@ -30,7 +30,7 @@ from sloop_ppl.models import FRAME_PREDICTORS, GroundedRelation
 from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_frames
 from sloop_ppl.rng import child
 
-__all__ = ["FOLDS", "FrameEvaluation", "ScoredFront", "cross_validate_frames"]
+__all__ = ["FOLDS", "FrameEvaluation", "ScoredFrame", "cross_validate_frames"]
 
 FOLDS: dict[str, str | None] = {
     "new_york_block": "new_york",
@@ -50,7 +50,7 @@ RULE = "nearest-street"
 
 
 @dataclass(frozen=True)
-class ScoredFront:
+class ScoredFrame:
     """The score of one prediction for one labelled building.
 
     Parameters
@@ -91,7 +91,7 @@ class FrameEvaluation:
     """
 
     folds: tuple[str, ...]
-    scores: tuple[ScoredFront, ...]
+    scores: tuple[ScoredFrame, ...]
     agreement: tuple[float, ...]
 
     @property
@@ -211,7 +211,7 @@ def cross_validate_frames(
         )
         for done, view in enumerate(dict.fromkeys(RECIPES[r].shape.view for r in recipes))
     }
-    scores: list[ScoredFront] = []
+    scores: list[ScoredFrame] = []
     for fold, held in folds.items():
         rest = [name for name in maps if name not in held]
         predict = {
@@ -308,10 +308,10 @@ def _scored(
     city: CityMap,
     labels: Sequence[FrameLabel],
     made: Mapping[str, Sequence[FrameDistribution]],
-) -> list[ScoredFront]:
+) -> list[ScoredFrame]:
     off = [score_frame(_rule(RULE, city, one), one.frame_angle_rad).deviation_deg for one in labels]
     return [
-        ScoredFront(
+        ScoredFrame(
             fold, name, one.building, label, predictor, off[i] > _DISPUTED_DEG,
             score_frame(predicted[i], one.frame_angle_rad),
         )

@@ -34,6 +34,8 @@ __all__ = ["GroundedRelation", "as_vocabulary_word", "ground_relations", "word_o
 class GroundedRelation:
     """One relation to its ground or grounds, with their fields flattened over cells.
 
+    It is one term of a description's likelihood, the `term` of ``log_g(term, direction_rad)``.
+
     Shape legend: S cells, row 0 in the south, row by row.
 
     Parameters

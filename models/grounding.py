@@ -422,8 +422,8 @@ class ProgramData:
         found = Phrase(relation, own, sizes, tuple(meanings), frames if has_frame else None)
         for axis, shared in enumerate(self.shared):
             if has_frame and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
-                fronts = torch.from_numpy(shared.angles_rad)
-                return replace(found, shared_axis=axis, shared_angles=fronts)
+                angles = torch.from_numpy(shared.angles_rad)
+                return replace(found, shared_axis=axis, shared_angles=angles)
         return found
 
 

@@ -21,10 +21,10 @@ from sloop_ppl.models.frames.learned import (
 )
 from sloop_ppl.models.frames.predictor import (
     FRAME_PREDICTORS,
-    AddressFront,
+    AddressFrame,
     FramePredictor,
     NearestStreet,
-    RandomFront,
+    RandomFrame,
     unpredicted_frame,
 )
 from sloop_ppl.models.frames.prior import (
@@ -40,7 +40,7 @@ __all__ = [
     "FRAME_PREDICTORS",
     "FRAME_PRIORS",
     "VIEWS",
-    "AddressFront",
+    "AddressFrame",
     "FixedFrame",
     "FrameDistribution",
     "FrameNetwork",
@@ -53,7 +53,7 @@ __all__ = [
     "Outputs",
     "PredictedPoint",
     "PredictedSpread",
-    "RandomFront",
+    "RandomFrame",
     "TrainedFrames",
     "UniformFrame",
     "choices_of",

@@ -20,10 +20,10 @@ from sloop_ppl.rng import child
 __all__ = [
     "FRAME_PREDICTORS",
     "NEAREST_STREET",
-    "AddressFront",
+    "AddressFrame",
     "FramePredictor",
     "NearestStreet",
-    "RandomFront",
+    "RandomFrame",
     "unpredicted_frame",
 ]
 
@@ -74,7 +74,7 @@ NEAREST_STREET = FRAME_PREDICTORS.add("nearest-street", NearestStreet())
 
 
 @dataclass(frozen=True)
-class AddressFront:
+class AddressFrame:
     """A building faces the street of its address, else out of its main entrance.
 
     Parameters
@@ -110,7 +110,7 @@ class AddressFront:
 
 
 @dataclass(frozen=True)
-class RandomFront:
+class RandomFrame:
     """Any direction, the same for a landmark each time: what chance is worth.
 
     Parameters
@@ -135,5 +135,5 @@ class RandomFront:
         return FrameDistribution((FramePart(angle, self.kappa),))
 
 
-FRAME_PREDICTORS.add("address", AddressFront())
-FRAME_PREDICTORS.add("random", RandomFront())
+FRAME_PREDICTORS.add("address", AddressFrame())
+FRAME_PREDICTORS.add("random", RandomFrame())

@@ -137,7 +137,7 @@ def settle(state: TextReading) -> dict[int, int]:
             range(len(mention.candidates)),
             key=lambda k: (
                 homes[state.places.home(mention.candidates[k])],
-                _says_its_kind(state, mention, mention.candidates[k]),
+                _names_its_kind(state, mention, mention.candidates[k]),
                 -k,
             ),
         )
@@ -145,7 +145,7 @@ def settle(state: TextReading) -> dict[int, int]:
     return chosen
 
 
-def _says_its_kind(state: TextReading, mention: LandmarkMention, position: int) -> bool:
+def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int) -> bool:
     amenity = state.city.landmarks[position].properties.get("amenity")
     return any(w.low == amenity for w in state.words[mention.first : mention.last])
 

@@ -209,10 +209,10 @@ def check_viewpoint(name: str) -> Viewpoint:
 
 def _from_ground(relation: SpatialRelation) -> SpatialRelation:
     """Return a relation as who stands on the ground means it."""
-    meant = RELATIONS[relation.relation].from_ground
-    if meant is None or WHOLE_MAP in relation.grounds:
+    counterpart = RELATIONS[relation.relation].from_ground
+    if counterpart is None or WHOLE_MAP in relation.grounds:
         return relation
-    return replace(relation, relation=meant)
+    return replace(relation, relation=counterpart)
 
 
 def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:

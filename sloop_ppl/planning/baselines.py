@@ -18,7 +18,7 @@ from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 from sloop_ppl.rng import scalar_rng
 
-__all__ = ["Greedy", "Random", "find_worth"]
+__all__ = ["Greedy", "Random", "find_value"]
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class _GreedyRun:
         belief: GridBelief = agent.belief
         space, robot = self._space, belief.robot
         if agent.history and agent.history[-1][1].any:
-            worth = [find_worth(belief, find) for find in space.finds]
-            best = int(np.argmax(worth))
-            if worth[best] > 0:
-                values = {f.name: w for f, w in zip(space.finds, worth, strict=True)}
+            value = [find_value(belief, find) for find in space.finds]
+            best = int(np.argmax(value))
+            if value[best] > 0:
+                values = {f.name: w for f, w in zip(space.finds, value, strict=True)}
                 seconds = time.perf_counter() - begun
                 return space.finds[best], PlanInfo("greedy", seconds=seconds, values=values)
         wanted = [t for i, t in enumerate(belief.flat) if not robot.found >> i & 1]
@@ -123,7 +123,7 @@ class _RandomRun:
         """Forget nothing."""
 
 
-def find_worth(belief: GridBelief, find: SearchAction) -> float:
+def find_value(belief: GridBelief, find: SearchAction) -> float:
     """Return the expected reward of a find from where the robot is."""
     view = list(belief.in_view)
     missed = 1.0

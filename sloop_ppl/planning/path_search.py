@@ -21,7 +21,7 @@ from sloop_ppl.planning._path_map import (
 from sloop_ppl.planning._path_state import new_path_state
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
-from sloop_ppl.planning.baselines import find_worth
+from sloop_ppl.planning.baselines import find_value
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
@@ -178,7 +178,7 @@ class RunningPathSearch:
         if not belief.robot.looked:
             return None
         config = belief.space.config
-        values = [find_worth(belief, find) for find in belief.space.finds]
+        values = [find_value(belief, find) for find in belief.space.finds]
         best = int(np.argmax(values))
         span = config.right_find_reward - config.wrong_find_reward
         chance = (values[best] - config.wrong_find_reward) / span if span else 0.0

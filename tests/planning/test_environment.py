@@ -22,7 +22,7 @@ from sloop_ppl.planning import (
     SearchSpace,
     run_search,
 )
-from sloop_ppl.planning.baselines import find_worth
+from sloop_ppl.planning.baselines import find_value
 from sloop_ppl.planning.environment import observation_of
 
 SHAPE = (9, 11)
@@ -475,9 +475,9 @@ def test_a_find_is_decided_on_what_is_in_view_from_the_reported_pose():
     robot = space.robot(middle, looked=True)
     rng = np.random.default_rng(0)
     there = GridBelief(space, {"A": table}, robot, rng=rng)
-    assert find_worth(there, space.finds[0]) == 1000
+    assert find_value(there, space.finds[0]) == 1000
     beside = GridBelief(space, {"A": table}, robot, rng=rng, pose=Pose(x - 2.4, y, 0.0))
-    assert find_worth(beside, space.finds[0]) == -1000
+    assert find_value(beside, space.finds[0]) == -1000
     assert only_middle[0] in beside.unseen
     assert beside.in_view == tuple(_seen(space, beside.pose))
     assert there.unseen == frozenset()
