@@ -8,9 +8,9 @@ searched at a time, or with --together all targets of a description. A planner i
 optionally with `:sims`, `:rollout` and `@starts`, which is how many of the starts it takes.
 Starts are keyed on description, target and number, so that all planners meet the same ones.
 With --imagined the targets are where the beliefs draw them: what planning is worth when the
-belief is right. Intervals are bootstrapped over configurations. Every row is printed, and
-written, as soon as it is known. --quick shows that the comparison runs: few targets, one start and
-few simulations of every planner.
+belief is right; with --slip moves may slip. Intervals are bootstrapped over configurations. Every
+row is printed, and written, as soon as it is known. --quick shows that the comparison runs: few
+targets, one start and few simulations of every planner.
 """
 
 from __future__ import annotations
@@ -130,6 +130,7 @@ def main():
     parser.add_argument("--starts", type=int, default=8)
     parser.add_argument("--range", type=float, default=3.0)
     parser.add_argument("--fov", type=float, default=90.0)
+    parser.add_argument("--slip", type=float, default=0.0, help="rate of each kind of slip")
     parser.add_argument("--against", default="greedy")
     parser.add_argument("--together", action="store_true")
     parser.add_argument("--imagined", action="store_true")
@@ -153,12 +154,14 @@ def main():
     descriptions = beliefs_of(options.files, options.model, maps)
     cases = (descriptions if options.together else one_by_one(descriptions))[:: options.every]
     clusters = [f"{case[2].name}/{case[1]}" for case in cases]
-    settings = {"sensor_range_cells": options.range, "fov_deg": options.fov}
+    slips = dict.fromkeys(("stay_rate", "overshoot_rate", "overturn_rate"), options.slip)
+    settings = {"sensor_range_cells": options.range, "fov_deg": options.fov, **slips}
     say(
         f"{options.model}, range {options.range:g}, fan {options.fov:g}: {len(cases)} "
         f"{'descriptions' if options.together else 'targets'}, "
         f"{len(set(clusters))} configurations"
-        f"{', places drawn from the beliefs' if options.imagined else ''}; "
+        f"{', places drawn from the beliefs' if options.imagined else ''}"
+        f"{f', slips {options.slip:g}' if options.slip else ''}; "
         f"{os.cpu_count()} cores, shared with other work"
     )
     say(

@@ -15,8 +15,10 @@ def child(rng: np.random.Generator, *names: str | int) -> np.random.Generator:
 
     Parameters
     ----------
-    rng : the parent stream, made by ``numpy.random.default_rng(seed)`` or by this function.
-    *names : what the stream is for, such as ``("trial", 17, "environment")``.
+    rng
+        The parent stream, made by ``numpy.random.default_rng(seed)`` or by this function.
+    *names
+        What the stream is for, such as ``("trial", 17, "environment")``.
 
     Returns
     -------

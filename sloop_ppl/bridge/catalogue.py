@@ -17,8 +17,10 @@ class Listed:
 
     Parameters
     ----------
-    registry : module and name of its registry.
-    names : module and name of the same names where importing costs little.
+    registry
+        Module and name of its registry.
+    names
+        Module and name of the same names where importing costs little.
     """
 
     registry: tuple[str, str]
@@ -73,7 +75,8 @@ def names_of(what: str) -> list[str]:
 
     Raises
     ------
-    UnknownName : when `what` is none of these.
+    UnknownName
+        When `what` is none of these.
 
     Notes
     -----

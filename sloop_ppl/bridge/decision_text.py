@@ -17,7 +17,8 @@ def why_lines(step: Step) -> list[str]:
 
     Parameters
     ----------
-    step : a step of a search.
+    step
+        A step of a search.
     """
     info = step.info
     names = dict.fromkeys((*info.values, *info.expected))

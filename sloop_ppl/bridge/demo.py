@@ -32,13 +32,16 @@ def run_demo(folder: str | Path, show: Callable[[object], None]) -> SearchResult
 
     Parameters
     ----------
-    folder : where ``belief.png``, ``search.png``, ``search.gif``, ``posterior.nc`` and
-        ``episode.json`` go; made if it does not exist.
-    show : takes each line or rich table that tells what happens.
+    folder
+        Where ``belief.png``, ``search.png``, ``search.gif``, ``posterior.nc`` and ``episode.json``
+        go; made if it does not exist.
+    show
+        Takes each line or rich table that tells what happens.
 
     Raises
     ------
-    OutputError : when the folder cannot be written.
+    OutputError
+        When the folder cannot be written.
     """
     out = check_output_folder(folder)
     request = replace(

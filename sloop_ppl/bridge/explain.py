@@ -35,8 +35,10 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
 
     Parameters
     ----------
-    posterior : what is believed.
-    rng : wanted by engines that draw.
+    posterior
+        What is believed.
+    rng
+        Wanted by engines that draw.
     """
     lines = []
     for target in posterior.targets:

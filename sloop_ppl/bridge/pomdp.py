@@ -33,10 +33,13 @@ def as_histogram(
 
     Parameters
     ----------
-    belief : weight of each cell, row 0 in the south, finite, >= 0, not all zero, shape (H, W).
-    make_state : row and column to a state of the domain, such as an ``ObjectState``; cells for
-        which it returns None are left out, cells with equal states are added up.
-    among : tells which cells are possible; all when None.
+    belief
+        Weight of each cell, row 0 in the south, finite, >= 0, not all zero, shape (H, W).
+    make_state
+        Row and column to a state of the domain, such as an ``ObjectState``; cells for which it
+        returns None are left out, cells with equal states are added up.
+    among
+        Tells which cells are possible; all when None.
 
     Returns
     -------
@@ -45,7 +48,8 @@ def as_histogram(
 
     Raises
     ------
-    InputError : when the belief is not one, or every cell of positive weight is left out.
+    InputError
+        When the belief is not one, or every cell of positive weight is left out.
 
     Examples
     --------
@@ -80,7 +84,8 @@ class Utterance(Observation):
 
     Parameters
     ----------
-    description : what was said; None for nothing.
+    description
+        What was said; None for nothing.
     """
 
     def __init__(self, description: Description | None) -> None:
@@ -101,13 +106,20 @@ class LanguageObservationModel(PomdpObservationModel):
 
     Parameters
     ----------
-    city : the map.
-    target : id of the target in the descriptions.
-    cell_of : state of the domain -> row and column of the target, row 0 in the south.
-    model : name of the language model, or an ObservationModel.
-    engine : name of the inference engine.
-    utterances : what could be said, for `sample`.
-    rng : where `sample` and engines that draw take their numbers from.
+    city
+        The map.
+    target
+        Id of the target in the descriptions.
+    cell_of
+        State of the domain -> row and column of the target, row 0 in the south.
+    model
+        Name of the language model, or an ObservationModel.
+    engine
+        Name of the inference engine.
+    utterances
+        What could be said, for `sample`.
+    rng
+        Where `sample` and engines that draw take their numbers from.
 
     Notes
     -----
@@ -140,8 +152,10 @@ class LanguageObservationModel(PomdpObservationModel):
 
         Raises
         ------
-        UnknownName : when the description has no such target.
-        InputError : when the model is told the truth and so hears nothing.
+        UnknownName
+            When the description has no such target.
+        InputError
+            When the model is told the truth and so hears nothing.
         """
         parsed = description.description if isinstance(description, Utterance) else description
         if parsed is None:
@@ -172,7 +186,8 @@ class LanguageObservationModel(PomdpObservationModel):
 
         Raises
         ------
-        InputError : when there is none to draw from, no `rng`, or none of them can be said.
+        InputError
+            When there is none to draw from, no `rng`, or none of them can be said.
         """
         if not self._utterances or self._rng is None:
             raise InputError(

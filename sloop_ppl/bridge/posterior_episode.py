@@ -83,10 +83,14 @@ class PosteriorEpisode(Episode):
 
     Parameters
     ----------
-    posterior : the joint posterior after all that was seen and said.
-    utterances : steps taken -> description given then.
-    pending_steps : steps whose utterances were never given, for the search had ended.
-    setup : planner, sensor, motion and environment, by which `go_on` goes on.
+    posterior
+        The joint posterior after all that was seen and said.
+    utterances
+        Steps taken -> description given then.
+    pending_steps
+        Steps whose utterances were never given, for the search had ended.
+    setup
+        Planner, sensor, motion and environment, by which `go_on` goes on.
     """
 
     posterior: Posterior | None = None
@@ -101,13 +105,17 @@ class PosteriorEpisode(Episode):
 
         Parameters
         ----------
-        description : what is said now; a text is read in the light of what was said before.
-        rng : wanted by engines that draw.
+        description
+            What is said now; a text is read in the light of what was said before.
+        rng
+            Wanted by engines that draw.
 
         Raises
         ------
-        NoRelationFound : when it speaks of no target.
-        BeliefCollapse : when it excludes all that is believed after the search.
+        NoRelationFound
+            When it speaks of no target.
+        BeliefCollapse
+            When it excludes all that is believed after the search.
         """
         posterior = self._posterior()
         if isinstance(description, str):
@@ -124,8 +132,10 @@ class PosteriorEpisode(Episode):
 
         Parameters
         ----------
-        max_steps : how many steps more; as many as the settings allow a search when None.
-        rng : where environment and planner draw from.
+        max_steps
+            How many steps more; as many as the settings allow a search when None.
+        rng
+            Where environment and planner draw from.
 
         Returns
         -------

@@ -26,13 +26,17 @@ def replay_report(
 
     Parameters
     ----------
-    path : an episode that ``sloop search --out`` saved.
-    map_name : its map; the bundled one that the episode names when None.
-    figure, animation : where the drawings go, as far as they are wanted.
+    path
+        An episode that ``sloop search --out`` saved.
+    map_name
+        Its map; the bundled one that the episode names when None.
+    figure, animation
+        Where the drawings go, as far as they are wanted.
 
     Raises
     ------
-    InputError : when the file holds no episode of this version, or one of another map.
+    InputError
+        When the file holds no episode of this version, or one of another map.
     """
     if figure:
         check_figure_path(figure)

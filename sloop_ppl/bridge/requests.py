@@ -38,16 +38,21 @@ def model_of(
 
     Parameters
     ----------
-    name : a registered model, or ``FILE.py:NAME``; see :func:`sloop_ppl.models.user.load_model`.
-    variant : a name.
-    frames : name of a frame predictor, or the path of its weights.
-    params : file of parameters; see :func:`sloop_ppl.models.tuning.load_parameters`.
+    name
+        A registered model, or ``FILE.py:NAME``; see :func:`sloop_ppl.models.user.load_model`.
+    variant
+        A name.
+    frames
+        Name of a frame predictor, or the path of its weights.
+    params
+        File of parameters; see :func:`sloop_ppl.models.tuning.load_parameters`.
 
     Raises
     ------
-    UnknownName : when there is no such model, variant, frame predictor or parameter.
-    InputError : when the model's frame prior takes no predictor, or a file is not what it should
-        be.
+    UnknownName
+        When there is no such model, variant, frame predictor or parameter.
+    InputError
+        When the model's frame prior takes no predictor, or a file is not what it should be.
     """
     if is_user_file(name) and variant != "published":
         raise InputError(f"Model '{name}' has no variant '{variant}'; leave --variant out")
@@ -82,19 +87,29 @@ def posterior_of(
 
     Parameters
     ----------
-    text : what was said.
-    map_name : a bundled map's name or a map file.
-    targets : file that declares the objects.
-    model, variant, engine, frames : names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
-    params : file of parameters.
-    prior : a name or file; see :func:`sloop_ppl.models.cell_prior`.
-    viewpoint : where who speaks looks from; see :class:`sloop_ppl.language.Description`.
-    truth : true places, for models that need them.
-    rng : wanted by engines that draw.
+    text
+        What was said.
+    map_name
+        A bundled map's name or a map file.
+    targets
+        File that declares the objects.
+    model, variant, engine, frames
+        Names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
+    params
+        File of parameters.
+    prior
+        A name or file; see :func:`sloop_ppl.models.cell_prior`.
+    viewpoint
+        Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
+    truth
+        True places, for models that need them.
+    rng
+        Wanted by engines that draw.
 
     Raises
     ------
-    SloopError : for any mistake in these; names are checked before the work.
+    SloopError
+        For any mistake in these; names are checked before the work.
     """
     chosen, _ = model_of(model, variant, frames, params), ENGINES[engine]
     before = None if prior is None else cell_prior(prior)
@@ -116,15 +131,21 @@ def saved_posterior(
 
     Parameters
     ----------
-    path : a posterior that ``sloop infer --out`` saved.
-    map_name : the map it should be of; its own when None.
-    text : English, read in the light of what was said before.
-    rng : wanted by engines that draw.
+    path
+        A posterior that ``sloop infer --out`` saved.
+    map_name
+        The map it should be of; its own when None.
+    text
+        English, read in the light of what was said before.
+    rng
+        Wanted by engines that draw.
 
     Raises
     ------
-    InputError : when the file is no posterior, or one of another map.
-    NoRelationFound : when the text says nothing of a target.
+    InputError
+        When the file is no posterior, or one of another map.
+    NoRelationFound
+        When the text says nothing of a target.
     """
     posterior = Posterior.load(path)
     if map_name is not None:

@@ -89,14 +89,19 @@ def run_request(
 
     Parameters
     ----------
-    request : names, paths and numbers as they were typed.
-    notify : takes each line of progress.
-    on_posterior : called with the posterior before the search.
+    request
+        Names, paths and numbers as they were typed.
+    notify
+        Takes each line of progress.
+    on_posterior
+        Called with the posterior before the search.
 
     Raises
     ------
-    SloopError : for any mistake in the request, before anything is searched.
-    SearchInterrupted : on Ctrl-C, once what was done until then has been written.
+    SloopError
+        For any mistake in the request, before anything is searched.
+    SearchInterrupted
+        On Ctrl-C, once what was done until then has been written.
     """
     places, start = read_places(request.places), read_start(request.start)
     utterances = read_utterances(request.utterances)

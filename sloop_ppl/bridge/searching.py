@@ -58,30 +58,46 @@ def search(
 
     Parameters
     ----------
-    posterior : what is believed about where the targets are. Where targets share a frame, what
-        is seen of one moves the beliefs of the others.
-    city : the map the posterior was made on.
-    places : true place of each target, x and y in metres. One that is not given is drawn from
-        the posterior (after all in `said`) and named in `Episode.imagined`.
-    planner : name of a planner, see `sloop list planners`; or a planner, such as
+    posterior
+        What is believed about where the targets are. Where targets share a frame, what is seen of
+        one moves the beliefs of the others.
+    city
+        The map the posterior was made on.
+    places
+        True place of each target, x and y in metres. One that is not given is drawn from the
+        posterior (after all in `said`) and named in `Episode.imagined`.
+    planner
+        Name of a planner, see `sloop list planners`; or a planner, such as
         ``sloop_ppl.planning.Pouct(sims=500)`` or any object with a method ``plan``.
-    sims : simulations per step, > 0.
-    sensor_range_cells : how far the sensor sees, cells, >= 1.
-    start : x and y in metres and, if given, heading in degrees; drawn when None.
-    rng : where start, imagined places, environment and planner draw from.
-    config : the other settings; `sims` and `sensor_range_cells` take the place of its own.
-    sensor, motion : what the robot senses and how moves change its pose; those of the settings
-        when None. See `sloop_ppl.planning.run_search`.
-    environment : where the search takes place, such as a simulator, which knows the true places;
-        a simulated grid when None.
-    on_step : called with every step when it is done.
-    notify : called with each line that is to be said before the first step: what the size of the
-        map sets, belief that is out of reach, that machine code is compiled.
-    keep_beliefs : keep the beliefs after every step in the episode.
-    said : steps taken -> what is said then, 0 before the first; a text is read in the light of
-        what was said before it.
-    one_at_a_time : search for one target after the other, as the paper does, each time from
-        where the last search ended and for `SearchConfig.max_steps` steps at most.
+    sims
+        Simulations per step, > 0.
+    sensor_range_cells
+        How far the sensor sees, cells, >= 1.
+    start
+        x and y in metres and, if given, heading in degrees; drawn when None.
+    rng
+        Where start, imagined places, environment and planner draw from.
+    config
+        The other settings; `sims` and `sensor_range_cells` take the place of its own.
+    sensor, motion
+        What the robot senses and how moves change its pose; those of the settings when None. See
+        `sloop_ppl.planning.run_search`.
+    environment
+        Where the search takes place, such as a simulator, which knows the true places; a simulated
+        grid when None.
+    on_step
+        Called with every step when it is done.
+    notify
+        Called with each line that is to be said before the first step: what the size of the map
+        sets, belief that is out of reach, that machine code is compiled.
+    keep_beliefs
+        Keep the beliefs after every step in the episode.
+    said
+        Steps taken -> what is said then, 0 before the first; a text is read in the light of what
+        was said before it.
+    one_at_a_time
+        Search for one target after the other, as the paper does, each time from where the last
+        search ended and for `SearchConfig.max_steps` steps at most.
 
     Returns
     -------
@@ -91,11 +107,16 @@ def search(
 
     Raises
     ------
-    InputError : when the posterior was made on another map, or a place is of no target.
-    OutsideMap : when a place or the start is outside the map.
-    UnknownName : when there is no such planner.
-    NoRelationFound : when something that is said speaks of no target.
-    SearchInterrupted : on Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
+    InputError
+        When the posterior was made on another map, or a place is of no target.
+    OutsideMap
+        When a place or the start is outside the map.
+    UnknownName
+        When there is no such planner.
+    NoRelationFound
+        When something that is said speaks of no target.
+    SearchInterrupted
+        On Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
     """
     chosen = planner_of(planner)
     check_map(posterior, city)
@@ -148,8 +169,10 @@ def search_legs(
 
     Parameters
     ----------
-    legs : the targets of each group.
-    setup : the planner, and what is not of the settings.
+    legs
+        The targets of each group.
+    setup
+        The planner, and what is not of the settings.
     """
     tracker = BeliefTracker(posterior, utterances, recovery_weight=config.recovery_weight, rng=rng)
     if 0 in utterances:
@@ -221,7 +244,8 @@ def check_map(posterior: Posterior, city: CityMap) -> None:
 
     Raises
     ------
-    InputError : when it was.
+    InputError
+        When it was.
     """
     if posterior.city.digest != city.digest:
         raise InputError(
@@ -242,10 +266,14 @@ def imagined_places(
 
     Parameters
     ----------
-    posterior : what is believed. Where targets share a frame, they are drawn jointly.
-    known : the places that are known.
-    rng : where they are drawn from, each from its own child stream.
-    targets : those to place; all of the posterior's when None.
+    posterior
+        What is believed. Where targets share a frame, they are drawn jointly.
+    known
+        The places that are known.
+    rng
+        Where they are drawn from, each from its own child stream.
+    targets
+        Those to place; all of the posterior's when None.
 
     Returns
     -------

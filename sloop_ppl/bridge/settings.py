@@ -27,12 +27,15 @@ def read_settings(typed: Sequence[str]) -> dict[str, Any]:
 
     Parameters
     ----------
-    typed : one ``NAME=VALUE`` per setting; see `SearchConfig` for the names.
+    typed
+        One ``NAME=VALUE`` per setting; see `SearchConfig` for the names.
 
     Raises
     ------
-    InputError : when one is malformed, given twice, or has an option of its own.
-    UnknownName : when there is no such setting.
+    InputError
+        When one is malformed, given twice, or has an option of its own.
+    UnknownName
+        When there is no such setting.
 
     Examples
     --------

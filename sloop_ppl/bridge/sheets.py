@@ -35,9 +35,12 @@ def figure_of(
 
     Parameters
     ----------
-    posterior : what is believed.
-    truths : true places of targets, metres, as far as they are known.
-    rng : wanted by engines that draw.
+    posterior
+        What is believed.
+    truths
+        True places of targets, metres, as far as they are known.
+    rng
+        Wanted by engines that draw.
     """
     known = truths or {}
     return plot_sheets(

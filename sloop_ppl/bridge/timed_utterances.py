@@ -24,11 +24,13 @@ def read_utterances(typed: Sequence[str]) -> dict[int, str]:
 
     Parameters
     ----------
-    typed : one ``STEP=TEXT`` per utterance.
+    typed
+        One ``STEP=TEXT`` per utterance.
 
     Raises
     ------
-    InputError : when one is malformed, its step is negative, or a step is given twice.
+    InputError
+        When one is malformed, its step is negative, or a step is given twice.
 
     Examples
     --------
@@ -59,9 +61,12 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
 
     Parameters
     ----------
-    posterior : knows the targets and what was said of them.
-    text : English.
-    before : what was said after that and before this.
+    posterior
+        Knows the targets and what was said of them.
+    text
+        English.
+    before
+        What was said after that and before this.
 
     Returns
     -------
@@ -71,7 +76,8 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
 
     Raises
     ------
-    NoRelationFound : when it says nothing of a target.
+    NoRelationFound
+        When it says nothing of a target.
     """
     known = {t.id: t for d in posterior.descriptions for t in d.targets}
     targets = tuple(known.get(name, TargetObject(name)) for name in posterior.targets)
@@ -109,8 +115,10 @@ def descriptions_of(
 
     Raises
     ------
-    InputError : when a step is negative.
-    NoRelationFound : when a text says nothing of a target.
+    InputError
+        When a step is negative.
+    NoRelationFound
+        When a text says nothing of a target.
     """
     read: dict[int, Description] = {}
     for step in sorted(utterances):

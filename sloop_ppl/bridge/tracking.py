@@ -23,11 +23,15 @@ class BeliefTracker:
 
     Parameters
     ----------
-    posterior : what is believed at the start.
-    utterances : steps taken -> what is said then.
-    recovery_weight : share of the beliefs at the start that is mixed in when an observation is
-        impossible; with 0 it raises `BeliefCollapse`.
-    rng : wanted by engines that draw.
+    posterior
+        What is believed at the start.
+    utterances
+        Steps taken -> what is said then.
+    recovery_weight
+        Share of the beliefs at the start that is mixed in when an observation is impossible; with 0
+        it raises `BeliefCollapse`.
+    rng
+        Wanted by engines that draw.
 
     Notes
     -----
@@ -67,7 +71,8 @@ class BeliefTracker:
 
         Parameters
         ----------
-        log_factors : target -> log likelihood of each cell, shape (H, W).
+        log_factors
+            Target -> log likelihood of each cell, shape (H, W).
 
         Returns
         -------

@@ -24,14 +24,19 @@ def check_tree(path: Path | None, step: int | None, planner: str) -> None:
 
     Parameters
     ----------
-    path : where the tree goes; None when none is wanted.
-    step : number of the decision, from 1; the last that was made with a tree when None.
-    planner : name of the planner.
+    path
+        Where the tree goes; None when none is wanted.
+    step
+        Number of the decision, from 1; the last that was made with a tree when None.
+    planner
+        Name of the planner.
 
     Raises
     ------
-    InputError : when the planner grows no tree, or the step makes no sense.
-    OutputError : when the file cannot be written.
+    InputError
+        When the planner grows no tree, or the step makes no sense.
+    OutputError
+        When the file cannot be written.
     """
     if path is None:
         if step is not None:
@@ -52,8 +57,10 @@ class TreeKeeper:
 
     Parameters
     ----------
-    path : where it is written.
-    step : number of the decision, from 1; the last that was made with a tree when None.
+    path
+        Where it is written.
+    step
+        Number of the decision, from 1; the last that was made with a tree when None.
     """
 
     def __init__(self, path: Path, step: int | None = None) -> None:
@@ -79,7 +86,8 @@ class TreeKeeper:
 
         Raises
         ------
-        InputError : when the step that was wanted has none.
+        InputError
+            When the step that was wanted has none.
         """
         if self.kept is None:
             which = "No step" if self._step is None else f"Step {self._step}"

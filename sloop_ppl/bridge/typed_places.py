@@ -15,11 +15,13 @@ def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
 
     Parameters
     ----------
-    typed : one ``OBJECT=x,y`` per target.
+    typed
+        One ``OBJECT=x,y`` per target.
 
     Raises
     ------
-    InputError : when one is malformed, repeated or not finite.
+    InputError
+        When one is malformed, repeated or not finite.
 
     Examples
     --------
@@ -46,7 +48,8 @@ def read_start(typed: str | None) -> tuple[float, ...] | None:
 
     Raises
     ------
-    InputError : when it is malformed or not finite.
+    InputError
+        When it is malformed or not finite.
     """
     if typed is None:
         return None

@@ -27,16 +27,22 @@ class GridBelief(GenerativeDistribution):
 
     Parameters
     ----------
-    space : the search space.
-    tables : probability table of each target, keys the space's ids, each of shape (H, W); they
-        are normalised.
-    robot : the robot's state.
-    rng : where samples come from.
-    pose : where the robot says it is, metres; the middle of its cell when None.
+    space
+        The search space.
+    tables
+        Probability table of each target, keys the space's ids, each of shape (H, W); they are
+        normalised.
+    robot
+        The robot's state.
+    rng
+        Where samples come from.
+    pose
+        Where the robot says it is, metres; the middle of its cell when None.
 
     Raises
     ------
-    InputError : when a table has another shape, is not finite, is negative or sums to zero.
+    InputError
+        When a table has another shape, is not finite, is negative or sums to zero.
     """
 
     def __init__(
@@ -89,6 +95,13 @@ class GridBelief(GenerativeDistribution):
             return tuple(self.robot.view)
         return tuple(np.flatnonzero(self.space.view_mask(self.pose)).tolist())
 
+    @cached_property
+    def _at_pose(self) -> RobotState:
+        """The robot with the view of its own pose, by which a tree search values a find."""
+        if self.pose == self.space.pose_at(self.robot.pose):
+            return self.robot
+        return self.robot.with_view(frozenset(self.in_view))
+
     @property
     def unseen(self) -> frozenset[int]:
         """The cells that the middle of the robot's cell would show, and its own pose does not."""
@@ -98,7 +111,7 @@ class GridBelief(GenerativeDistribution):
         """Draw a state: each target's cell by binary search in its cumulative sum."""
         if not self._drawn:
             self._draw()
-        return SearchState(self.robot, self._drawn.pop())
+        return SearchState(self._at_pose, self._drawn.pop())
 
     def _draw(self) -> None:
         if self._cumulative is None:
@@ -112,7 +125,7 @@ class GridBelief(GenerativeDistribution):
 
     def mpe(self) -> SearchState:
         """Return the most probable state."""
-        return SearchState(self.robot, tuple(int(np.argmax(t)) for t in self._tables))
+        return SearchState(self._at_pose, tuple(int(np.argmax(t)) for t in self._tables))
 
     def __getitem__(self, state: SearchState) -> float:
         if state.robot != self.robot:
@@ -269,7 +282,8 @@ def check_table(
 
     Raises
     ------
-    InputError : when it has another shape, is not finite, is negative or sums to zero.
+    InputError
+        When it has another shape, is not finite, is negative or sums to zero.
     """
     array = np.asarray(table, dtype=np.float64)
     if array.shape != shape:

@@ -38,45 +38,68 @@ class SearchConfig:
 
     Parameters
     ----------
-    sensor_range_cells : how far the sensor sees, cells, >= `sensor_min_range_cells`.
-    sensor_min_range_cells : how near the sensor sees, cells; 1 leaves out the robot's own cell.
-    fov_deg : opening of the fan, degrees, in (0, 360].
-    step_cells : length of a forward move, cells; on the diagonals each axis is rounded.
-    turn_deg : how far a turn goes, degrees, 45 or 90.
-    occlusion : tall buildings hide what is behind them.
-    true_positive_rate : probability of detecting a target in view, in [0, 1].
-    false_positive_rate : probability of reporting, where no detection was made, any cell in view,
-        in [0, 1).
-    position_noise_cells : standard deviation of the reported cell of a detection, cells, >= 0;
-        the report stays within the view.
-    no_fly : tall buildings cannot be flown over.
-    flight_height_m : buildings at least this tall are tall, metres.
-    move_reward, right_find_reward, wrong_find_reward : rewards of a move or turn, of a find that
-        marks a new target, and of one that marks none.
-    collision_reward : reward of a step forward into a no-fly building, which leaves the pose.
-    recovery_weight : share of the initial belief that is mixed in when an observation is
-        impossible under the present one, in [0, 1); with 0 it raises `BeliefCollapse`.
-    find_each : one find action per target (the paper's ``Find(i)``) instead of one for all.
-    max_finds : finds after which the search ends; the number of targets when None.
-    max_steps : steps after which the search ends; None for 200, more on a map of more than 41 cells
-        a side.
-    stay_rate, overshoot_rate, overturn_rate : probabilities that a move or turn does nothing, that
-        a step goes one cell further, that a turn goes twice as far, in [0, 1).
-    sims : simulations per step, > 0.
-    depth : how many steps a simulation looks ahead, > 0; None for 30, more on a larger map, as far
-        as the discount leaves something to be looked for.
-    discount : discount factor per step, in (0, 1].
-    exploration : weight of the exploration bonus in UCB1, >= 0.
-    tree_depth : levels of the search tree that are kept in `PlanInfo`, for those who ask why.
-    rollout : one of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and
-        ``pomcp``, ``informed`` for ``fast``.
-    hedge : share of the belief that the planner ``fast`` with rollout ``informed`` replaces by the
+    sensor_range_cells
+        How far the sensor sees, cells, >= `sensor_min_range_cells`.
+    sensor_min_range_cells
+        How near the sensor sees, cells; 1 leaves out the robot's own cell.
+    fov_deg
+        Opening of the fan, degrees, in (0, 360].
+    step_cells
+        Length of a forward move, cells; on the diagonals each axis is rounded.
+    turn_deg
+        How far a turn goes, degrees, 45 or 90.
+    occlusion
+        Tall buildings hide what is behind them.
+    true_positive_rate
+        Probability of detecting a target in view, in [0, 1].
+    false_positive_rate
+        Probability of reporting, where no detection was made, any cell in view, in [0, 1).
+    position_noise_cells
+        Standard deviation of the reported cell of a detection, cells, >= 0; the report stays within
+        the view.
+    no_fly
+        Tall buildings cannot be flown over.
+    flight_height_m
+        Buildings at least this tall are tall, metres.
+    move_reward, right_find_reward, wrong_find_reward
+        Rewards of a move or turn, of a find that marks a new target, and of one that marks none.
+    collision_reward
+        Reward of a step forward into a no-fly building, which leaves the pose.
+    recovery_weight
+        Share of the initial belief that is mixed in when an observation is impossible under the
+        present one, in [0, 1); with 0 it raises `BeliefCollapse`.
+    find_each
+        One find action per target (the paper's ``Find(i)``) instead of one for all.
+    max_finds
+        Finds after which the search ends; the number of targets when None.
+    max_steps
+        Steps after which the search ends; None for 200, more on a map of more than 41 cells a side.
+    stay_rate, overshoot_rate, overturn_rate
+        Probabilities that a move or turn does nothing, that a step goes one cell further, that a
+        turn goes twice as far, in [0, 1).
+    sims
+        Simulations per step, > 0.
+    depth
+        How many steps a simulation looks ahead, > 0; None for 30, more on a larger map, as far as
+        the discount leaves something to be looked for.
+    discount
+        Discount factor per step, in (0, 1].
+    exploration
+        Weight of the exploration bonus in UCB1, >= 0.
+    tree_depth
+        Levels of the search tree that are kept in `PlanInfo`, for those who ask why.
+    rollout
+        One of `ROLLOUTS`; None takes the planner's own: ``published`` for ``pouct`` and ``pomcp``,
+        ``informed`` for ``fast``.
+    hedge
+        Share of the belief that the planner ``fast`` with rollout ``informed`` replaces by the
         belief's eighth power before it plans, in [0, 1]: beliefs from language are often less sure
         than they could be. 0 takes the belief at its word. Other planners do so always.
 
     Raises
     ------
-    InputError : when a value is out of its range; the message names it.
+    InputError
+        When a value is out of its range; the message names it.
 
     Notes
     -----

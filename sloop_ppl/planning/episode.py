@@ -26,16 +26,25 @@ class PlanInfo:
 
     Parameters
     ----------
-    planner : its name.
-    sims : simulations run; 0 for planners that run none.
-    seconds : wall time of the decision.
-    values : estimated discounted return of each action looked at; of a move of ``fast`` with its
-        own rollout, under the hedged belief it plans on.
-    visits : how often each was tried.
-    expected : by move and target, the belief that the move brings the target into view.
-    tree : the top of the search tree as JSON values, where `SearchConfig.tree_depth` asks for it.
-    root : the root of the tree itself, where pomdp-py's tree is asked for; None else.
-    notes : anything else, such as how many particles were drawn anew.
+    planner
+        Its name.
+    sims
+        Simulations run; 0 for planners that run none.
+    seconds
+        Wall time of the decision.
+    values
+        Estimated discounted return of each action looked at; of a move of ``fast`` with its own
+        rollout, under the hedged belief it plans on.
+    visits
+        How often each was tried.
+    expected
+        By move and target, the belief that the move brings the target into view.
+    tree
+        The top of the search tree as JSON values, where `SearchConfig.tree_depth` asks for it.
+    root
+        The root of the tree itself, where pomdp-py's tree is asked for; None else.
+    notes
+        Anything else, such as how many particles were drawn anew.
     """
 
     planner: str
@@ -57,17 +66,27 @@ class Step:
 
     Parameters
     ----------
-    index : number of the step, from 0.
-    action : name of what was done.
-    pose : where the robot is after it.
-    observation : place at which each target was seen (centre of the cell, metres), or None; of a
-        sensor that sees no mask, what it reported.
-    reward : what it earned.
-    found_targets : targets found so far.
-    view : cells in view after it, True where seen, shape (H, W).
-    beliefs : belief of each target after it, shape (H, W).
-    info : what the planner says about the decision.
-    collision : whether the robot ran into something.
+    index
+        Number of the step, from 0.
+    action
+        Name of what was done.
+    pose
+        Where the robot is after it.
+    observation
+        Place at which each target was seen (centre of the cell, metres), or None; of a sensor that
+        sees no mask, what it reported.
+    reward
+        What it earned.
+    found_targets
+        Targets found so far.
+    view
+        Cells in view after it, True where seen, shape (H, W).
+    beliefs
+        Belief of each target after it, shape (H, W).
+    info
+        What the planner says about the decision.
+    collision
+        Whether the robot ran into something.
     """
 
     index: int
@@ -88,22 +107,38 @@ class Episode:
 
     Parameters
     ----------
-    map_name : name of the map.
-    planner : name of the planner.
-    config : the settings.
-    places : true place of each target, metres, as far as the search was told.
-    poses : poses in metres and radians, the start first, so one more than there are actions.
-    actions : names of the actions.
-    observations : place at which each target was seen after each step, or None.
-    rewards : reward of each step.
-    found_targets : the targets found, in the order of `places`.
-    views : cells in view at each pose, shape (steps + 1, H, W).
-    info : what the planner says about each decision.
-    beliefs : beliefs at each pose when they were asked for, else empty.
-    imagined : targets whose place was not known but drawn from the belief.
-    map_digest : `CityMap.digest` of the map; empty where it is not known.
-    targets : the targets that were searched for; those of `places` when empty.
-    notes : what is to be said about the search as a whole, such as belief out of reach.
+    map_name
+        Name of the map.
+    planner
+        Name of the planner.
+    config
+        The settings.
+    places
+        True place of each target, metres, as far as the search was told.
+    poses
+        Poses in metres and radians, the start first, so one more than there are actions.
+    actions
+        Names of the actions.
+    observations
+        Place at which each target was seen after each step, or None.
+    rewards
+        Reward of each step.
+    found_targets
+        The targets found, in the order of `places`.
+    views
+        Cells in view at each pose, shape (steps + 1, H, W).
+    info
+        What the planner says about each decision.
+    beliefs
+        Beliefs at each pose when they were asked for, else empty.
+    imagined
+        Targets whose place was not known but drawn from the belief.
+    map_digest
+        `CityMap.digest` of the map; empty where it is not known.
+    targets
+        The targets that were searched for; those of `places` when empty.
+    notes
+        What is to be said about the search as a whole, such as belief out of reach.
     """
 
     map_name: str
@@ -176,7 +211,8 @@ class SearchInterrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    episode : what was done until then.
+    episode
+        What was done until then.
     """
 
     def __init__(self, episode: Episode) -> None:

@@ -117,9 +117,12 @@ def tree_to_json(root: Any, depth: int, n_cols: int | None = None) -> dict[str, 
 
     Parameters
     ----------
-    root : a node of the tree, such as ``agent.tree``.
-    depth : how many actions deep to go.
-    n_cols : columns of the grid, by which cells in observations are named.
+    root
+        A node of the tree, such as ``agent.tree``.
+    depth
+        How many actions deep to go.
+    n_cols
+        Columns of the grid, by which cells in observations are named.
 
     Returns
     -------

@@ -35,8 +35,10 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    episode : the episode.
-    **extra : members to add, such as ``model`` and ``seed``.
+    episode
+        The episode.
+    **extra
+        Members to add, such as ``model`` and ``seed``.
 
     Notes
     -----
@@ -74,7 +76,8 @@ def episode_from_document(document: Any) -> Episode:
 
     Raises
     ------
-    InputError : when it is no such document, is of another version, or lacks a member.
+    InputError
+        When it is no such document, is of another version, or lacks a member.
     """
     if not isinstance(document, Mapping) or document.get("format") != "sloop_ppl episode":
         raise InputError(
@@ -156,13 +159,17 @@ def write_episode(episode: Episode, path: str | Path, **extra: Any) -> None:
 
     Parameters
     ----------
-    episode : the episode.
-    path : where to.
-    **extra : members to add; see `episode_to_document`.
+    episode
+        The episode.
+    path
+        Where to write it.
+    **extra
+        Members to add; see `episode_to_document`.
 
     Raises
     ------
-    OutputError : when the file cannot be written.
+    OutputError
+        When the file cannot be written.
     """
     document = episode_to_document(episode, **extra)
     text = json.dumps(document, ensure_ascii=False, allow_nan=False)
@@ -178,7 +185,8 @@ def read_episode(path: str | Path) -> Episode:
 
     Raises
     ------
-    InputError : when there is no such file, or it does not hold an episode of this version.
+    InputError
+        When there is no such file, or it does not hold an episode of this version.
     """
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))

@@ -107,6 +107,9 @@ class NativePouct(Planner):
         self._size = 0
         self.last_info = PlanInfo("fast")
 
+    def __repr__(self) -> str:
+        return f"NativePouct({', '.join(f'{name}={value}' for name, value in self._own.items())})"
+
     @property
     def name(self) -> str:
         """What the planner is called in episodes: ``fast``, of which it is one half."""

@@ -42,8 +42,10 @@ def tall_cells(city: CityMap, flight_height_m: float) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    city : the map.
-    flight_height_m : how high the robot flies, metres; buildings at least as high are tall.
+    city
+        The map.
+    flight_height_m
+        How high the robot flies, metres; buildings at least as high are tall.
 
     Notes
     -----

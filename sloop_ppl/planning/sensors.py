@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.user_file import load_from_file
 
@@ -108,6 +109,11 @@ class MaskSensor(ABC):
     position_noise_cells
         Sigma of the reported cell, cells, >= 0.
 
+    Raises
+    ------
+    InputError
+        When a rate or the noise is out of its range.
+
     Attributes
     ----------
     relative
@@ -127,6 +133,11 @@ class MaskSensor(ABC):
         position_noise_cells: float = 0.0,
     ) -> None:
         self.grid = grid.grid if isinstance(grid, CityMap) else grid
+        SearchConfig(
+            true_positive_rate=true_positive_rate,
+            false_positive_rate=false_positive_rate,
+            position_noise_cells=position_noise_cells,
+        )  # says which of them is out of its range
         self.true_positive_rate = true_positive_rate
         self.false_positive_rate = false_positive_rate
         self.position_noise_cells = position_noise_cells

@@ -61,7 +61,9 @@ def _info(name: str, space: SearchSpace, agent: Agent, planner: POUCT, **notes: 
         seconds=planner.last_planning_time,
         values={action.name: float(node.value) for action, node in children.items()},
         visits={action.name: int(node.num_visits) for action, node in children.items()},
-        tree=tree_to_json(agent.tree, depth, space.n_cols) if depth else None,
+        tree=tree_to_json(agent.tree, depth, space.n_cols if space.sees_mask else None)
+        if depth
+        else None,
         root=agent.tree if depth else None,
         notes=notes,
     )

@@ -26,9 +26,12 @@ class SearchAction(Action):
 
     Attributes
     ----------
-    name : such as ``"forward"``, ``"find"`` or ``"find(RedBike)"``.
-    index : position in the declared order of actions.
-    marks : bit mask of the targets that a find marks when they are in view; 0 for a move.
+    name
+        Name, such as ``"forward"``, ``"find"`` or ``"find(RedBike)"``.
+    index
+        Position in the declared order of actions.
+    marks
+        Bit mask of the targets that a find marks when they are in view; 0 for a move.
     """
 
     __slots__ = ("_hash", "index", "marks", "name")
@@ -71,13 +74,20 @@ class RobotState(ObjectState):
 
     Attributes
     ----------
-    pose : ``(row * n_cols + col) * 8 + heading``.
-    found : bit mask of the targets found so far.
-    finds : how many finds were taken.
-    looked : True once the robot has sensed from its pose; a find before that counts for nothing.
-    collided : True when the last move was stopped by a no-fly building.
-    ended : True when the search is over.
-    view : the cells in view, as flat indices.
+    pose
+        ``(row * n_cols + col) * 8 + heading``.
+    found
+        Bit mask of the targets found so far.
+    finds
+        How many finds were taken.
+    looked
+        True once the robot has sensed from its pose; a find before that counts for nothing.
+    collided
+        True when the last move was stopped by a no-fly building.
+    ended
+        True when the search is over.
+    view
+        The cells in view, as flat indices.
     """
 
     __slots__ = (
@@ -165,6 +175,13 @@ class RobotState(ObjectState):
         """Return the robot after a move that led to a pose."""
         return self._space.robot(pose, self.found, self.finds, looked=True, collided=collided)
 
+    def with_view(self, view: frozenset[int]) -> RobotState:
+        """Return the robot between cells, where it sees other cells than from the middle of one."""
+        values = self.pose, self.found, self.finds, self.looked, self.collided
+        other = RobotState(self._space, *values)
+        object.__setattr__(other, "view", view)
+        return other
+
     def marked(self, marks: int) -> RobotState:
         """Return the robot after a find that marks the targets of a bit mask."""
         return self._space.robot(self.pose, self.found | marks, self.finds + 1, self.looked)
@@ -223,8 +240,10 @@ class SearchState(OOState):
 
     Attributes
     ----------
-    robot : the robot.
-    cells : flat index ``row * n_cols + col`` of each target's cell, in the order of the ids.
+    robot
+        The robot.
+    cells
+        Flat index ``row * n_cols + col`` of each target's cell, in the order of the ids.
     """
 
     __slots__ = ("cells", "robot")
