@@ -3,18 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 from sloop_ppl.planning._pomdp import Action, ObjectState, Observation, OOState
-
-if TYPE_CHECKING:
-    from sloop_ppl.planning.space import SearchSpace
 
 __all__ = ["RobotState", "SearchAction", "SearchObservation", "SearchState", "TargetState"]
 
 
 def _refuse(self: object, *_: object) -> NoReturn:
     raise AttributeError(f"{type(self).__name__} is immutable; make a new one")
+
+
+class _Space(Protocol):
+    """What a robot's state asks of the `SearchSpace` that made it."""
+
+    target_ids: tuple[str, ...]
+    n_cols: int
+
+    def decode(self, number: int) -> tuple[int, int, int]:
+        """Return row, column and heading of a pose."""
+        ...
+
+    def is_over(self, found: int, finds: int) -> bool:
+        """Tell whether the search ends."""
+        ...
+
+    def view(self, pose: int) -> frozenset[int]:
+        """Return the cells in view from a pose."""
+        ...
+
+    def preferences(self, pose: int) -> tuple[bytes, int, int]:
+        """Return how the preferred moves are looked up."""
+        ...
+
+    def moved(self, index: int, pose: int) -> tuple[int, bool]:
+        """Return the most probable pose after a move, and whether the robot collides."""
+        ...
+
+    def robot(
+        self,
+        pose: int,
+        found: int = 0,
+        finds: int = 0,
+        looked: bool = False,
+        collided: bool = False,
+    ) -> RobotState:
+        """Return the robot at a pose."""
+        ...
 
 
 def _same(self: Any, _memo: object = None) -> Any:
@@ -110,13 +145,13 @@ class RobotState(ObjectState):
     ended: bool
     collided: bool
     view: frozenset[int]
-    _space: SearchSpace
+    _space: _Space
     _next: list[RobotState | None]
     _prefer: tuple[bytes, int, int]
 
     def __init__(
         self,
-        space: SearchSpace,
+        space: _Space,
         pose: int,
         found: int,
         finds: int,
@@ -207,7 +242,7 @@ class RobotState(ObjectState):
         return _robot, (self._space, *values)
 
 
-def _robot(space: SearchSpace, *values: Any) -> RobotState:
+def _robot(space: _Space, *values: Any) -> RobotState:
     return space.robot(*values)
 
 
