@@ -109,9 +109,9 @@ def test_a_sensor_from_a_file_sees(planner, capsys, tmp_path):
             ),
         ),
         (
-            ["--planner", "mine.py:Straigt"],
+            ["--planner", "mine.py:Strayght"],
             (
-                "Planner of mine.py 'Straigt' is unknown; expected one of few, Straight, "
+                "Planner of mine.py 'Strayght' is unknown; expected one of few, Straight, "
                 "Undecided, Broken; did you mean 'Straight'?"
             ),
         ),

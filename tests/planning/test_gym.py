@@ -102,9 +102,9 @@ def test_whole_numbers_of_numpy_are_actions(action):
     ("options", "message"),
     [
         (
-            {"strat": (0.0, 0.0)},
+            {"starts": (0.0, 0.0)},
             (
-                "Option of reset 'strat' is unknown; expected one of places, start; did you mean "
+                "Option of reset 'starts' is unknown; expected one of places, start; did you mean "
                 "'start'?"
             ),
         ),
