@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -35,12 +35,15 @@ class SearchSetup:
         A planner or its name.
     sensor, motion, environment
         Those that are not the settings' own.
+    search_legs
+        What searches on, for `PosteriorEpisode.go_on`.
     """
 
     planner: Any
     sensor: Any = None
     motion: Any = None
     environment: Any = None
+    search_legs: Callable[..., PosteriorEpisode] | None = None
 
 
 class OneLeg:
@@ -142,19 +145,19 @@ class PosteriorEpisode(Episode):
         PosteriorEpisode
             The whole, from the first step on; itself when all is found.
         """
-        from sloop_ppl.bridge.searching import search_legs
-
         left = tuple(t for t in self.targets or self.places if t not in self.found_targets)
         if not left:
             return self
-        config = self.config
-        more = search_legs(
+        config, setup = self.config, self.setup
+        if setup is None or setup.search_legs is None:
+            raise InputError("This episode does not know how it was searched; use sloop_ppl.search")
+        more = setup.search_legs(
             self._posterior(),
             self.places,
             (left,),
-            setup=self.setup or SearchSetup(self.planner),
+            setup=setup,
             config=config if max_steps is None else replace(config, max_steps=max_steps),
-            start=self.poses[-1] if self.setup is None or self.setup.environment is None else None,
+            start=self.poses[-1] if setup.environment is None else None,
             rng=rng,
             keep_beliefs=bool(self.beliefs),
         )

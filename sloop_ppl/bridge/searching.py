@@ -136,7 +136,7 @@ def search(
             posterior,
             {**(places or {}), **imagined},
             tuple((t,) for t in targets) if one_at_a_time else (targets,),
-            setup=SearchSetup(chosen, sensor, motion, environment),
+            setup=SearchSetup(chosen, sensor, motion, environment, search_legs),
             config=settings,
             start=start,
             rng=rng,

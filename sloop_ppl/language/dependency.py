@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -15,7 +15,6 @@ from spacy.tokens import Doc
 from sloop_ppl.errors import InputError
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import figure_finder
-from sloop_ppl.language.parsers import Parser
 from sloop_ppl.language.paths import PathRelation, relations_on_paths
 from sloop_ppl.language.pipeline import CONTEXT, STATE
 from sloop_ppl.language.place_index import place_index
@@ -36,6 +35,8 @@ __all__ = [
     "make_dependency_paths",
     "shared_dependency_parser",
 ]
+
+_Reader = Callable[[str, CityMap, Sequence[TargetObject] | None], Description]
 
 _PIPELINES = ("en_core_web_md", "en_core_web_lg", "en_core_web_sm")
 _FIGURE_WORDS = ("car", "bike", "truck")
@@ -245,7 +246,7 @@ def installed_pipeline() -> str:
 
 def dependency_parser(
     pipeline: str | Path | Language | None = None, *, every_path: bool = False
-) -> Parser:
+) -> _Reader:
     """Return a parser that follows the paper's rule on a spaCy pipeline.
 
     Parameters
@@ -273,7 +274,7 @@ def dependency_parser(
 
 
 @lru_cache(maxsize=1)
-def shared_dependency_parser() -> Parser:
+def shared_dependency_parser() -> _Reader:
     """Return the parser on an installed pipeline; the parser ``dependency_paths`` by name."""
     return dependency_parser()
 
