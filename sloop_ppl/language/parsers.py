@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.language.targets import check_targets
@@ -18,25 +17,12 @@ from sloop_ppl.registry import Registry
 __all__ = ["PARSERS", "Parser", "find_parser", "list_parsers", "parse"]
 
 
-class Parser(Protocol):
-    """Anything that reads a text on a map: rules, a trained parser, a language model."""
+Parser = Callable[[str, CityMap, Sequence[TargetObject] | None], Description]
+"""Anything that reads a text on a map: rules, a trained parser, a language model.
 
-    def __call__(
-        self, text: str, city: CityMap, targets: Sequence[TargetObject] | None
-    ) -> Description:
-        """Return what `text` says.
-
-        Parameters
-        ----------
-        text
-            Any text.
-        city
-            The map; grounds are ids of its landmarks.
-        targets
-            The objects it can speak of; None for the default ones and any others.
-        """
-        ...
-
+It takes any text, the map, of whose landmarks it gives the ids as grounds, and the objects it can
+speak of (None for the default ones and any others), and returns what the text says.
+"""
 
 PARSERS: Registry[Parser] = Registry("parser")
 """Parsers by name; add your own with ``PARSERS.add(name, parser)``."""
