@@ -153,3 +153,17 @@ def test_mistakes_are_one_line(arguments, message, capsys):
     assert out == ""
     assert err.splitlines()[-1].endswith(message)
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("mine")
+@pytest.mark.parametrize("planner", ["pouct", "pomcp", "greedy", "fast"])
+def test_a_sensor_from_a_file_searches_a_belief_from_a_file(planner, capsys):
+    with pytest.raises(SystemExit):
+        main(["infer", SEARCH[1], "--map", "cleveland", "--out", "p.nc"])
+    with pytest.raises(SystemExit) as done:
+        main(["search", "--posterior", "p.nc", *SEARCH[4:], "--sensor", "mine.py:Disk",
+              "--planner", planner, "--sims", "60", "--json"])  # fmt: skip
+    assert done.value.code == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["planner"] == planner
+    assert found["steps"] <= 6
