@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import shapely
@@ -18,13 +18,12 @@ from shapely.geometry.base import BaseGeometry
 from sloop_ppl.errors import InputError, MapError, UnknownName
 from sloop_ppl.maps.cache import BoundedCache
 from sloop_ppl.maps.fields import BYTES_PER_CELL, LandmarkFields, landmark_fields
+from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
 from sloop_ppl.maps.proximity import NearestIndex
 from sloop_ppl.maps.rasterise import touched_cells
-
-if TYPE_CHECKING:
-    from sloop_ppl.maps.frontage import Frontage
+from sloop_ppl.maps.window import window
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -195,20 +194,14 @@ class CityMap:
 
     def streets_of(self, building_id: str) -> tuple[Landmark, ...]:
         """Return the streets along a building; see :func:`sloop_ppl.maps.frontage.streets_of`."""
-        from sloop_ppl.maps.frontage import streets_of
-
         return streets_of(self, building_id)
 
     def frontage(self, building_id: str) -> Frontage:
         """Return which way a building faces; see :func:`sloop_ppl.maps.frontage.frontage`."""
-        from sloop_ppl.maps.frontage import frontage
-
         return frontage(self, building_id)
 
     def window(self, center: tuple[float, float], side_m: float) -> CityMap:
         """Return a square piece of the map; see :func:`sloop_ppl.maps.window.window`."""
-        from sloop_ppl.maps.window import window
-
         return window(self, center, side_m)
 
     def bearing_to_nearest_path(self, landmark_id: str) -> float | None:

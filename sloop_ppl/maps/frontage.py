@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import shapely
+from shapely.geometry.base import BaseGeometry
 
-from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import PATH_KINDS, Landmark
 from sloop_ppl.maps.symbols import folded
 
 __all__ = ["Facing", "Frontage", "frontage", "streets_of"]
+
+T = TypeVar("T")
 
 _ALONG_M = 40.0
 _ON_WALL_M = 0.5
@@ -24,6 +27,25 @@ _SHORTENED = {
     "parkway": "pkwy", "highway": "hwy", "north": "n", "south": "s", "east": "e", "west": "w",
     "northeast": "ne", "northwest": "nw", "southeast": "se", "southwest": "sw", "saint": "st",
 }  # fmt: skip
+
+
+class _City(Protocol):
+    """What is asked of a `CityMap`, which imports this module."""
+
+    @property
+    def grid(self) -> Grid: ...
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]: ...
+    def landmark(self, landmark_id: str, /) -> Landmark: ...
+    def of_kind(self, *kinds: str) -> tuple[Landmark, ...]: ...
+    def footprint(self, landmark_id: str, /) -> BaseGeometry: ...
+    def centroid(self, landmark_id: str, /) -> tuple[float, float]: ...
+    def reaching_into(self, area: BaseGeometry, /) -> list[int]: ...
+    def nearest(
+        self, x_m: float, y_m: float, among: Iterable[Landmark], /
+    ) -> tuple[Landmark, float] | None: ...
+    def nearest_line(self, to: BaseGeometry, among: tuple[Landmark, ...], /) -> Landmark | None: ...
+    def derived(self, what: str, make: Callable[[], T], /) -> T: ...
 
 
 @dataclass(frozen=True)
@@ -87,7 +109,7 @@ class Frontage:
         return self.best.bearing_rad if self.best else None
 
 
-def frontage(city: CityMap, building_id: str) -> Frontage:
+def frontage(city: _City, building_id: str) -> Frontage:
     """Return which way a building faces.
 
     Parameters
@@ -120,7 +142,7 @@ def frontage(city: CityMap, building_id: str) -> Frontage:
     )
 
 
-def streets_of(city: CityMap, building_id: str, within_m: float = _ALONG_M) -> tuple[Landmark, ...]:
+def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tuple[Landmark, ...]:
     """Return the named streets along a building, nearest first.
 
     Parameters
@@ -157,7 +179,7 @@ def streets_of(city: CityMap, building_id: str, within_m: float = _ALONG_M) -> t
     return tuple(street for _, _, street in sorted(found, key=lambda t: t[:2]))
 
 
-def _blocked(city: CityMap, sight: shapely.LineString, building: Landmark) -> bool:
+def _blocked(city: _City, sight: shapely.LineString, building: Landmark) -> bool:
     for i in city.reaching_into(sight):
         other = city.landmarks[i]
         if other.kind != "building" or other.id in (building.id, building.within):
@@ -167,12 +189,12 @@ def _blocked(city: CityMap, sight: shapely.LineString, building: Landmark) -> bo
     return False
 
 
-def _named(city: CityMap) -> tuple[Landmark, ...]:
+def _named(city: _City) -> tuple[Landmark, ...]:
     paths = city.of_kind(*PATH_KINDS)
     return tuple(m for m in paths if m.name) or paths
 
 
-def _by_address(city: CityMap, building: Landmark) -> Facing | None:
+def _by_address(city: _City, building: Landmark) -> Facing | None:
     name = building.properties.get("addr:street")
     if not isinstance(name, str):
         return None
@@ -180,7 +202,7 @@ def _by_address(city: CityMap, building: Landmark) -> Facing | None:
     return _towards(city, building, streets.get(_street_key(name), ()), "address")
 
 
-def _streets_by_key(city: CityMap) -> dict[str, tuple[Landmark, ...]]:
+def _streets_by_key(city: _City) -> dict[str, tuple[Landmark, ...]]:
     """Return the streets and squares of each name and alias; a name comes before an alias."""
     by_name: dict[str, tuple[Landmark, ...]] = {}
     by_alias: dict[str, tuple[Landmark, ...]] = {}
@@ -193,7 +215,7 @@ def _streets_by_key(city: CityMap) -> dict[str, tuple[Landmark, ...]]:
     return by_alias | by_name
 
 
-def _by_entrance(city: CityMap, building: Landmark) -> Facing | None:
+def _by_entrance(city: _City, building: Landmark) -> Facing | None:
     doors = building.properties.get("entrances")
     for door in doors if isinstance(doors, list | tuple) else ():
         if not isinstance(door, Mapping) or door.get("entrance") != "main":
@@ -209,7 +231,7 @@ def _by_entrance(city: CityMap, building: Landmark) -> Facing | None:
     return None
 
 
-def _local(city: CityMap, lonlat: Any) -> tuple[float, float] | None:
+def _local(city: _City, lonlat: Any) -> tuple[float, float] | None:
     if not isinstance(lonlat, list | tuple) or len(lonlat) != 2 or city.grid.centre is None:
         return None
     if not all(isinstance(v, int | float) and math.isfinite(v) for v in lonlat):
@@ -219,7 +241,7 @@ def _local(city: CityMap, lonlat: Any) -> tuple[float, float] | None:
 
 
 def _towards(
-    city: CityMap, building: Landmark, among: tuple[Landmark, ...], source: str
+    city: _City, building: Landmark, among: tuple[Landmark, ...], source: str
 ) -> Facing | None:
     is_path = building.kind in PATH_KINDS or building.kind == "square"
     others = tuple(m for m in among if m.id != building.id) if is_path else among

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import Landmark
 from sloop_ppl.maps.shapes import clip
@@ -16,7 +17,22 @@ from sloop_ppl.maps.shapes import clip
 __all__ = ["window"]
 
 
-def window(city: CityMap, center: tuple[float, float], side_m: float) -> CityMap:
+class _City(Protocol):
+    """What is asked of a `CityMap`, which imports this module."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def grid(self) -> Grid: ...
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]: ...
+    def reaching_into(self, area: BaseGeometry, /) -> list[int]: ...
+
+
+C = TypeVar("C", bound=_City)
+
+
+def window(city: C, center: tuple[float, float], side_m: float) -> C:
     """Return a square piece of a map as a map of its own.
 
     Parameters
@@ -67,10 +83,9 @@ def window(city: CityMap, center: tuple[float, float], side_m: float) -> CityMap
         if geometry is not None:
             inside.append(replace(landmark, geometry=geometry))
     ids = {m.id for m in inside}
-    return CityMap(
-        name=city.name,
+    return replace(
+        city,
         grid=Grid(*extent, cell_m=grid.cell_m, centre=grid.centre),
         landmarks=tuple(m if m.within in ids else replace(m, within=None) for m in inside),
-        attribution=city.attribution,
-        properties=city.properties,
+        _cache={},
     )
