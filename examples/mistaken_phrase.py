@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import sloop_ppl as sloop
-from sloop_ppl.bridge.relation_text import relations_in_words
+from sloop_ppl.bridge import relations_in_words
 from sloop_ppl.models import preset
 
 TEXT = "The green Toyota is near Velvet Dog, west of Hoyt Block and on West 4th Street."

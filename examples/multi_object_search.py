@@ -21,7 +21,7 @@ from pomdp_py.problems.multi_object_search.env.env import MosEnvironment
 from pomdp_py.problems.multi_object_search.models.components.sensor import Laser2DSensor
 
 import sloop_ppl as sloop
-from sloop_ppl.bridge.pomdp import as_histogram
+from sloop_ppl.bridge import as_histogram
 
 TEXT = (
     "The green Toyota is behind Velvet Dog, and the red bike is on West 4th Street "

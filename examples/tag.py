@@ -28,7 +28,7 @@ from pomdp_py.problems.tag.models.policy_model import TagPolicyModel
 from pomdp_py.problems.tag.models.transition_model import TagTransitionModel
 
 import sloop_ppl as sloop
-from sloop_ppl.bridge.pomdp import LanguageObservationModel, as_histogram
+from sloop_ppl.bridge import LanguageObservationModel, as_histogram
 
 TEXT = "The dog is just west of the Hat Factory."
 DOG = sloop.TargetObject("Dog", ("dog",), None, "dog")

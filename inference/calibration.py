@@ -32,7 +32,7 @@ from sloop_ppl.inference.frames import Framed, FramePosterior, directions, frame
 from sloop_ppl.inference.infer import infer_description
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import GroundedRelation, ObservationModel, PredictedSpread
-from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate, speaker_of
+from sloop_ppl.models.simulation import SPEAKER, Simulated, simulate, speaker_of
 from sloop_ppl.rng import child
 
 __all__ = ["FAULTS", "Calibration", "Fault", "calibrate", "plot_calibration", "power"]

@@ -18,7 +18,7 @@ from sloop_ppl.models.likelihoods import (
     share_parameter,
     with_values,
 )
-from sloop_ppl.models.simulate import why_not_generative
+from sloop_ppl.models.simulation import why_not_generative
 
 __all__ = ["FreeParameters"]
 

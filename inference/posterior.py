@@ -53,7 +53,7 @@ from sloop_ppl.inference.utterances import utterances_about
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import GroundedRelation, Latent, ObservationModel
-from sloop_ppl.models.simulate import Simulated, speaker_of
+from sloop_ppl.models.simulation import Simulated, speaker_of
 from sloop_ppl.models.vocabulary import speaker_words
 
 if TYPE_CHECKING:

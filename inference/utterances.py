@@ -11,7 +11,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.language import TargetObject
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel
-from sloop_ppl.models.simulate import SPEAKER, Simulated, simulate
+from sloop_ppl.models.simulation import SPEAKER, Simulated, simulate
 from sloop_ppl.rng import child
 
 __all__ = ["utterances_about"]

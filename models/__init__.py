@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         cell_prior,
         learn_cells,
     )
+    from sloop_ppl.models.check import check_likelihood
     from sloop_ppl.models.components import COMBINATIONS, Component
     from sloop_ppl.models.frames import (
         FRAME_PREDICTORS,
@@ -38,10 +39,17 @@ if TYPE_CHECKING:
     )
     from sloop_ppl.models.interventions import intervene
     from sloop_ppl.models.latents import Latent
-    from sloop_ppl.models.likelihoods import LIKELIHOODS, GaussianLikelihood, RelationLikelihood
+    from sloop_ppl.models.likelihoods import (
+        LIKELIHOODS,
+        GaussianLikelihood,
+        Parameter,
+        RelationLikelihood,
+    )
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
-    from sloop_ppl.models.simulate import speaker_of
+    from sloop_ppl.models.simulation import SPEAKER, simulate, speaker_of
+    from sloop_ppl.models.tuning import load_parameters, with_parameters
+    from sloop_ppl.models.user import load_model
 
 __all__ = [
     "BAYES",
@@ -52,6 +60,7 @@ __all__ = [
     "LIKELIHOODS",
     "PRESETS",
     "REGIONS",
+    "SPEAKER",
     "UNFITTED_BAYES",
     "VARIANTS",
     "CellPrior",
@@ -64,6 +73,7 @@ __all__ = [
     "LearntCells",
     "NearestStreet",
     "ObservationModel",
+    "Parameter",
     "PredictedPoint",
     "PredictedSpread",
     "Program",
@@ -73,23 +83,29 @@ __all__ = [
     "borrowed",
     "build",
     "cell_prior",
+    "check_likelihood",
     "fitting_note",
     "ground_description",
     "ground_relations",
     "intervene",
     "latents_of",
     "learn_cells",
+    "load_model",
+    "load_parameters",
     "preset",
     "program_data",
+    "simulate",
     "speaker_of",
     "true_places",
     "unfitted",
+    "with_parameters",
 ]
 
 _HOMES = {
     "_reference_regions": ("REGIONS",),
     "bayes": ("BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"),
     "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
+    "check": ("check_likelihood",),
     "components": ("COMBINATIONS", "Component"),
     "frames": (
         "FRAME_PREDICTORS",
@@ -100,6 +116,7 @@ _HOMES = {
         "PredictedPoint",
         "PredictedSpread",
     ),
+    "grounded_relation": ("GroundedRelation", "ground_relations"),
     "grounding": (
         "ProgramData",
         "SharedFrame",
@@ -110,11 +127,12 @@ _HOMES = {
     ),
     "interventions": ("intervene",),
     "latents": ("Latent",),
-    "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "RelationLikelihood"),
+    "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "Parameter", "RelationLikelihood"),
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
-    "simulate": ("speaker_of",),
-    "grounded_relation": ("GroundedRelation", "ground_relations"),
+    "simulation": ("SPEAKER", "simulate", "speaker_of"),
+    "tuning": ("load_parameters", "with_parameters"),
+    "user": ("load_model",),
 }
 __getattr__ = load_later(__name__, _HOMES)
 

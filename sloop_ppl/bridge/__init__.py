@@ -5,22 +5,42 @@ Names load on first use, because `infer` brings torch with it, and `search` pomd
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
+    from sloop_ppl.bridge.explain import explain_lines
     from sloop_ppl.bridge.facade import infer, parse
+    from sloop_ppl.bridge.pomdp import LanguageObservationModel, Utterance, as_histogram
+    from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
+    from sloop_ppl.bridge.relation_text import relations_in_words
     from sloop_ppl.bridge.searching import search
+    from sloop_ppl.bridge.sheets import figure_of
 
-__all__ = ["infer", "parse", "search"]
+__all__ = [
+    "LanguageObservationModel",
+    "PosteriorEpisode",
+    "Utterance",
+    "as_histogram",
+    "explain_lines",
+    "figure_of",
+    "infer",
+    "parse",
+    "relations_in_words",
+    "search",
+]
 
-_HOME = {"infer": "facade", "parse": "facade", "search": "searching"}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+_HOMES = {
+    "explain": ("explain_lines",),
+    "facade": ("infer", "parse"),
+    "pomdp": ("LanguageObservationModel", "Utterance", "as_histogram"),
+    "posterior_episode": ("PosteriorEpisode",),
+    "relation_text": ("relations_in_words",),
+    "searching": ("search",),
+    "sheets": ("figure_of",),
+}
+__getattr__ = load_later(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

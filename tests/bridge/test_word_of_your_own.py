@@ -18,7 +18,7 @@ from sloop_ppl.language import RELATIONS, Relation, SpatialRelation
 from sloop_ppl.maps.rasterise import touched_cells
 from sloop_ppl.models import LIKELIHOODS, PRESETS, ground_relations
 from sloop_ppl.models.check import check_likelihood
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.vocabulary import speaker_words
 
 CITY = sloop.load_map("austin")

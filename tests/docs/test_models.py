@@ -12,7 +12,7 @@ import sloop_ppl as sloop
 from sloop_ppl.inference import ParameterDraws
 from sloop_ppl.models import preset
 from sloop_ppl.models.program import generative_model
-from sloop_ppl.models.simulate import SPEAKER
+from sloop_ppl.models.simulation import SPEAKER
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 ROOT = Path(__file__).parents[2]

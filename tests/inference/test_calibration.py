@@ -17,7 +17,7 @@ from sloop_ppl.inference.calibration import (
     power,
 )
 from sloop_ppl.models import preset
-from sloop_ppl.models.simulate import SPEAKER
+from sloop_ppl.models.simulation import SPEAKER
 
 EVEN = (np.arange(100) + 0.5) / 100
 

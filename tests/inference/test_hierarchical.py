@@ -17,7 +17,7 @@ from sloop_ppl.inference.free_parameters import FreeParameters
 from sloop_ppl.inference.hierarchical import _chain, _Target
 from sloop_ppl.inference.learning import Example, curvature, maximise
 from sloop_ppl.models import preset
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 from sloop_ppl.models.vocabulary import speakable_grounds
 

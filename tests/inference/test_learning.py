@@ -19,7 +19,7 @@ from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, ma
 from sloop_ppl.inference.supervised_scores import BeliefScore, WordScore, supervised_score
 from sloop_ppl.models import LIKELIHOODS, UNFITTED_BAYES, preset
 from sloop_ppl.models.likelihoods import StudentVonMisesLikelihood
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 from sloop_ppl.models.vocabulary import speakable_grounds
 

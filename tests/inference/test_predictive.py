@@ -9,7 +9,7 @@ from scipy.stats import kstest
 from sloop_ppl.inference import infer_description
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import speaker_of
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.vocabulary import speaker_words
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 

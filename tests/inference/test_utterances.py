@@ -9,7 +9,7 @@ import sloop_ppl as sloop
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
 from sloop_ppl.models import preset
-from sloop_ppl.models.simulate import SPEAKER
+from sloop_ppl.models.simulation import SPEAKER
 from tests.scenes import TARGET, relation, said
 
 CITY = sloop.load_map("cleveland")

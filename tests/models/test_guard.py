@@ -13,7 +13,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Example, fit, infer_batch, infer_description
 from sloop_ppl.models import GaussianLikelihood, build, preset
 from sloop_ppl.models.guard import GuardedLikelihood
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(11), house=(0.0, -10.0), street_y=20.0)

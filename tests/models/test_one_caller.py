@@ -24,7 +24,7 @@ from sloop_ppl.inference import (
 )
 from sloop_ppl.models import Component, PredictedSpread, preset
 from sloop_ppl.models.likelihoods import StudentVonMisesLikelihood
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(7, 10.0), house=(12.0, -7.0), street_y=30.0)

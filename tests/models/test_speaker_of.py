@@ -11,7 +11,7 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description, rank_models
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import Component, Latent, preset, speaker_of
-from sloop_ppl.models.simulate import SPEAKER, simulate
+from sloop_ppl.models.simulation import SPEAKER, simulate
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(9, 10.0), house=(12.0, -7.0), street_y=30.0)

@@ -10,7 +10,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.language import SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps
 from sloop_ppl.models import Latent, preset
-from sloop_ppl.models.simulate import (
+from sloop_ppl.models.simulation import (
     SPEAKER,
     _choose_words,
     _Ground,
