@@ -94,6 +94,19 @@ def test_phrases_of_one_target_share_a_front_too():
     assert shared.component("A") == pytest.approx({"product": 1.0})
 
 
+def test_sharing_a_front_with_nothing_else_changes_nothing():
+    """One phrase alone: beliefs, components and evidence are those without sharing."""
+    narrow = replace(
+        MIXTURE, frame_prior=PredictedSpread(kappa=6.0, lapse=0.05, absolute=0.0), lapse=0.1
+    )
+    one = said(relation("front", "House", figure="A"), targets=("A",))
+    own, _ = infer_description(one, CITY, narrow)
+    shared, _ = infer_description(one, CITY, replace(narrow, shared_frames=True))
+    np.testing.assert_allclose(shared.belief("A"), own.belief("A"), rtol=1e-6)
+    assert shared.component("A") == pytest.approx(own.component("A"), rel=1e-6)
+    assert shared.log_evidence == pytest.approx(own.log_evidence, abs=1e-6)
+
+
 def test_a_coupled_posterior_survives_saving(tmp_path):
     from sloop_ppl.inference import Posterior
     from sloop_ppl.maps import load_map

@@ -75,6 +75,18 @@ def test_the_closed_form_has_the_slope_of_its_values(number):
     assert slope != 0
 
 
+def test_the_closed_form_on_many_cells_is_the_one_on_few():
+    """It is read off a table where there are more cells than 8192."""
+    many, few = (point_city(symmetric_grid(n), Pole=(0.0, 0.0)) for n in (101, 31))
+    frame = FrameDistribution((FramePart(0.4, 40.0, 0.7), FramePart(2.0, 0.0, 0.2)), lapse=0.1)
+    kernel = StudentVonMisesLikelihood(kappa_frame=30.0)
+    tables = [
+        kernel.log_marginal(term("left", city), frame).reshape(city.grid.shape)
+        for city in (many, few)
+    ]
+    assert torch.allclose(tables[0][35:66, 35:66], tables[1], atol=1e-9, rtol=0)
+
+
 def test_a_street_has_widths_of_its_own():
     city = house_and_street(symmetric_grid(21), street_y=0.0)
     kernel = StudentVonMisesLikelihood(near_m=5.0, near_street_m=20.0, tail=3.0)
