@@ -1,4 +1,4 @@
-"""Change the code in one place, run its tests, and see whether they notice: do the tests bite?
+"""Change the code in one place, run its tests, and see whether they notice.
 
 Run it with ``make mutants``; it needs the extra ``mutants``. The places are drawn with a seed, the
 changes are those of cosmic-ray. The work is done on a copy of the tree, and every verdict is kept
@@ -133,11 +133,11 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """What it is known by as long as the module and the change stay the same."""
+        """Return what it is known by, as long as the module and the change stay the same."""
         return hashlib.sha256(f"{self.path}\0{self.code}".encode()).hexdigest()[:16]
 
     def diff(self) -> str:
-        """The lines that differ."""
+        """Return the lines that differ."""
         before = (ROOT / self.path).read_text().splitlines()
         lines = difflib.unified_diff(before, self.code.splitlines(), lineterm="", n=0)
         return "\n".join(line for line in lines if line[:3] not in ("---", "+++"))
