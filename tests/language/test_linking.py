@@ -112,6 +112,13 @@ def test_what_may_stand_within_a_name():
     assert ranges("zorba fine old brick quince") == [(0, 1), (4, 5)]
 
 
+def test_a_word_that_was_torn_in_two_is_all_named():
+    index = name_index(named("Zorbaquince", "Quiet Corner"))
+    for text, end in (("zorba quince", 2), ("zorba - quince", 3)):
+        (mention,) = link_landmarks(split_words(text), index)
+        assert (mention.first, mention.last, mention.score) == (0, end, 1.0)
+
+
 def test_a_rival_is_listed_once():
     city = named("Zorba Quince", "Quince Zorba Parlour", "Quiet Corner")
     assert mentions("zorba quince", city) == [(["Zorba Quince"], ["Quince Zorba Parlour"])]

@@ -35,6 +35,25 @@ def test_every_latent_is_a_named_site(program):
     assert {f"{TARGET}/holds_0", f"{TARGET}/holds_1"} <= set(trace.observation_nodes)
 
 
+def test_a_program_has_as_many_bins_as_build_gives_it():
+    built = build(SPOKEN, CITY, MODEL)
+    assert type(built)(built.data).bins == built.bins == 72
+    assert type(built)(built.data).frames == built.frames == "bins"
+
+
+@pytest.mark.parametrize("bins", [0, -1, True, 2.5, "24"])
+def test_a_number_of_bins_that_is_none(bins):
+    with pytest.raises(InputError) as caught:
+        build(SPOKEN, CITY, MODEL, frame_bins=bins)
+    assert str(caught.value) == (
+        f"frame_bins is {bins!r}; expected a whole number of angles above 0"
+    )
+
+
+def test_one_bin_is_enough():
+    assert build(SPOKEN, CITY, MODEL, frame_bins=1).bins == 1
+
+
 def test_conditioning_fixes_a_site(program):
     fixed = poutine.condition(program, data={f"{TARGET}/cell": torch.tensor(7)})
     assert int(fixed()[TARGET]) == 7
