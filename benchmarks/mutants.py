@@ -72,6 +72,7 @@ GROUPS = {
             "tests/models/test_denial.py",
             "tests/models/test_speaker.py",
             "tests/models/test_latents.py",
+            "tests/inference/test_shared_frames.py",
             "tests/models/test_pyro_tools.py",
             "tests/inference/test_exact.py",
             "tests/inference/test_engines.py",
@@ -101,7 +102,13 @@ GROUPS = {
     ),
     "scores": Group(
         ("eval/belief_scores.py", "eval/breakdown.py", "eval/parsing.py"),
-        ("tests/eval/test_regions.py", "tests/eval/test_parsing.py", "tests/eval/test_quality.py"),
+        (
+            "tests/eval/test_regions.py",
+            "tests/eval/test_breakdown.py",
+            "tests/eval/test_parsing.py",
+            "tests/eval/test_quality.py",
+            "tests/packaging/test_frozen.py",
+        ),
     ),
 }
 
