@@ -119,6 +119,27 @@ def test_a_word_that_was_torn_in_two_is_all_named():
         assert (mention.first, mention.last, mention.score) == (0, end, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [
+        ("Church Street", "church"),
+        ("Hotel Building", "building"),
+        ("Zorba Quince Dog", "dog"),
+        ("Zorba Quince House", "house"),
+    ],
+)
+def test_words_that_many_places_share_name_none_of_them_alone(name, part):
+    city = named(name, "Quiet Corner")
+    assert mentions(name.lower(), city) == [([name], [])]
+    assert mentions(part, city) == []
+
+
+def test_a_direction_at_the_end_is_no_name():
+    city = named("South", "Quiet Corner")
+    assert mentions("south", city) == [(["South"], [])]
+    assert mentions("south of", city) == []
+
+
 def test_a_rival_is_listed_once():
     city = named("Zorba Quince", "Quince Zorba Parlour", "Quiet Corner")
     assert mentions("zorba quince", city) == [(["Zorba Quince"], ["Quince Zorba Parlour"])]
