@@ -134,6 +134,18 @@ def test_words_that_many_places_share_name_none_of_them_alone(name, part):
     assert mentions(part, city) == []
 
 
+def test_two_common_words_are_not_enough_of_a_long_name():
+    city = named("Dog Water Zorba Quince Fig Walnut", "Quiet Corner")
+    assert mentions("dog water", city) == []
+    assert mentions("dog water zorba quince", city) == [([city.landmarks[0].name], [])]
+
+
+def test_a_word_that_was_torn_in_two_is_part_of_a_longer_name():
+    index = name_index(named("Zorbaquince Parlour", "Quiet Corner"))
+    (mention,) = link_landmarks(split_words("zorba - quince parlour"), index)
+    assert (mention.first, mention.last, mention.score) == (0, 4, 1.0)
+
+
 def test_a_direction_at_the_end_is_no_name():
     city = named("South", "Quiet Corner")
     assert mentions("south", city) == [(["South"], [])]
