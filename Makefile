@@ -3,6 +3,8 @@
 #   make demo     read a sentence, infer where the car is, search for it; pictures go to out/
 #   make test     run the tests
 #   make check    ruff, codespell, and mypy --strict on the built wheel
+#   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
+#   make coverage run the tests and print which share of each room's statements they ran
 #   make venv     only make the virtual environment
 #   make clean    remove what the above have written, except the virtual environment
 #
@@ -13,19 +15,22 @@
 #   TORCH_PIP_OPTIONS  further options for the pip call that installs PyTorch. The default build may
 #                      bring several GB of CUDA libraries; who wants the CPU wheels gives here the
 #                      --index-url option that PyTorch's own page on installing names for them
+#   MUTANTS_OPTIONS    options for make mutants, such as "--seed 1 --minutes 30" or "--again"
 #   PYTEST_OPTIONS     options for pytest; it uses all processors unless told otherwise
 
 PYTHON ?= python3.11
 VENV ?= .venv
 TORCH ?= torch==2.13.0
 TORCH_PIP_OPTIONS ?=
+MUTANTS_OPTIONS ?=
 PYTEST_OPTIONS ?= -n auto --dist loadgroup
 
 BIN := $(abspath $(VENV))/bin
 STAMP := $(VENV)/.installed
+MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo test check venv clean
+.PHONY: demo test check mutants coverage venv clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -46,6 +51,21 @@ check: $(STAMP)
 	$(BIN)/python -m pip install --quiet --no-deps --target $(WHEEL)/site $(WHEEL)/wheel/*.whl
 	cd $(WHEEL)/site && $(BIN)/mypy --config-file $(CURDIR)/pyproject.toml \
 	  --cache-dir $(CURDIR)/.mypy_cache --strict -p sloop_ppl
+
+# Verdicts are kept in out/mutants; a run that was stopped goes on where it was.
+mutants: export OMP_NUM_THREADS ?= 1
+mutants: $(MUTANTS_STAMP)
+	$(BIN)/python benchmarks/mutants.py $(MUTANTS_OPTIONS)
+
+coverage: export OMP_NUM_THREADS ?= 1
+coverage: $(MUTANTS_STAMP)
+	mkdir -p out
+	$(BIN)/python -m pytest $(PYTEST_OPTIONS) --cov --cov-report=json:out/coverage.json
+	$(BIN)/python benchmarks/coverage_by_room.py out/coverage.json
+
+$(MUTANTS_STAMP): $(STAMP)
+	$(BIN)/python -m pip install --editable ".[dev,mutants]"
+	touch $@
 
 venv: $(STAMP)
 

@@ -46,6 +46,18 @@ def test_ties_count_by_half(grid):
     assert (nowhere.rank, nowhere.in_hpd90) == (5 + 1.5, 0.0)
 
 
+def test_mass_within_15_m_ends_at_15_m():
+    grid = Grid.square(100)
+    belief = np.zeros(grid.shape)
+    row, col = grid.cell_at(0, 0)
+    belief[row, col], belief[row, col + 3] = 0.3, 0.2  # 0 m and 15 m: in
+    belief[row + 2, col - 2] = 0.1  # 14.1 m: in
+    belief[row - 4, col] = 0.25  # 20 m: out
+    belief[row + 3, col + 1] = 0.15  # 15.8 m: out
+    x, y = grid.centre_of(row, col)
+    assert score_belief(belief, grid, Place(x, y, (row, col))).mass_15m == pytest.approx(0.6)
+
+
 @pytest.fixture(scope="module")
 def descriptions():
     return [annotated for annotated in bundled_examples() if annotated.map == "austin"][:3]

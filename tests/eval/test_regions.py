@@ -44,3 +44,5 @@ def test_a_belief_that_is_right_is_covered_just_so_often(seed):
 def test_one_per_cent_of_the_uniform_belief():
     score = score_belief(BELIEF, GRID, Place(10.0, 10.0, (2, 2)))
     assert score.log_score_mixed == pytest.approx(np.log(0.01 / 9))
+    score = score_belief(BELIEF, GRID, Place(0.0, 0.0, (0, 0)))
+    assert score.log_score_mixed == pytest.approx(np.log(0.99 * 0.4 + 0.01 / 9))

@@ -94,6 +94,24 @@ def test_phrases_of_one_target_share_a_front_too():
     assert shared.component("A") == pytest.approx({"product": 1.0})
 
 
+def test_the_evidence_is_the_sum_over_fronts_by_brute_force():
+    """Each phrase is divided by its sum over the map, averaged over fronts."""
+    from sloop_ppl.models import FrameDistribution, FramePart, ground_relations
+
+    (term,) = ground_relations(TWO.about("A"), CITY)
+    raw = replace(OWN, normalisation="truth")
+    alone = [said(*TWO.about(target), targets=(target,)) for target in ("A", "B")]
+    totals = dict.fromkeys(range(3), -math.inf)
+    for angle, p in zip(*SHARED.frame_prior(term).bins(72), strict=True):
+        front = FrameDistribution((FramePart(angle, math.inf),))
+        fixed = replace(raw, frame_prior=lambda _, front=front: front)
+        for k, what in enumerate((TWO, *alone)):
+            given_front = infer_description(what, CITY, fixed)[0].log_evidence
+            totals[k] = np.logaddexp(totals[k], given_front + math.log(p))
+    expected = totals[0] - totals[1] - totals[2] - 2 * math.log(CITY.grid.size)
+    assert infer_description(TWO, CITY, SHARED)[0].log_evidence == pytest.approx(expected, abs=1e-9)
+
+
 def test_a_coupled_posterior_survives_saving(tmp_path):
     from sloop_ppl.inference import Posterior
     from sloop_ppl.maps import load_map

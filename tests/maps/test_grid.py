@@ -187,3 +187,39 @@ def test_a_grid_that_makes_no_sense_is_refused_in_one_line(numbers):
     with pytest.raises(InputError) as caught:
         Grid(*numbers)
     assert "\n" not in str(caught.value)
+
+
+def test_a_grid_has_fifty_million_cells_at_most():
+    fits = Grid(0, 0, 4999, 9999, 1.0)  # 5,000 x 10,000 cells
+    assert fits.size == 50_000_000
+    assert Grid(0, 0, 1, 1, 1e-3).size == 1001**2  # small cells count, not metres
+    with pytest.raises(InputError) as caught:
+        Grid(0, 0, 5000, 9999, 1.0)
+    assert str(caught.value) == (
+        "Grid would have 5e+07 cells; expected 50,000,000 at most: give a larger cell_m or a "
+        "smaller extent"
+    )
+
+
+def test_a_place_in_a_cell_lies_inside_the_extent():
+    grid = Grid(0, 0, 12, 13)  # cells overhang to 15 in the east and to -2 in the south
+    assert grid.place_in(1, 1) == grid.centre_of(1, 1) == (7.5, 5.5)
+    assert grid.place_in(0, 2) == (12, 0.5)
+    assert Grid(0, 0, 6, 6).place_in(0, 1) == (6, 0)
+
+
+def test_borders_are_inside_the_extent():
+    grid = Grid(-1, -2, 3, 4)
+    for place in ((-1, 0), (3, 0), (0, -2), (0, 4)):
+        assert grid.contains(*place)
+    for place in ((-1.1, 0), (3.1, 0), (0, -2.1), (0, 4.1)):
+        assert not grid.contains(*place)
+
+
+def test_coordinates_of_a_grid_that_is_far_off_its_origin():
+    grid = Grid(100, 200, 108, 206, 4)  # 2 rows, 3 columns
+    assert grid.x_m.tolist() == [102, 106, 110]
+    assert grid.y_m.tolist() == [200, 204]
+    assert grid.cells_extent_m == (100, 198, 112, 206)
+    assert grid.cell_covering(109, 199) == (0, 2)
+    assert grid.row_from_north(0) == 1

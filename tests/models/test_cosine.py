@@ -68,3 +68,15 @@ def test_the_series_is_differentiable_in_kappa(kappa):
     step = 1e-4 * kappa
     slope = (summed(kappa + step) - summed(kappa - step)) / (2 * step)
     assert learnt.grad.item() == pytest.approx(slope.item(), rel=1e-5)
+
+
+def test_ratios_of_a_number_that_is_learnt_follow_it():
+    """An optimiser changes the tensor in place, and each step is differentiated anew."""
+    kappa = torch.tensor(2.0, dtype=torch.float64, requires_grad=True)
+    before = bessel_ratios(kappa, 2)[1]
+    before.backward()
+    bessel_ratios(kappa, 2)[1].backward()
+    with torch.no_grad():
+        kappa += 1
+    assert float(bessel_ratios(kappa, 2)[1].detach()) == pytest.approx(bessel_ratios(3.0, 2)[1])
+    assert float(before.detach()) == pytest.approx(bessel_ratios(2.0, 2)[1])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from sloop_ppl.inference import Enumerate, infer_description
 from sloop_ppl.language import SpatialRelation
-from sloop_ppl.models import Component, ground_description, preset, program_data
+from sloop_ppl.models import Component, ground_description, ground_relations, preset, program_data
 from sloop_ppl.models.tuning import with_parameters
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
@@ -47,6 +49,18 @@ def test_a_denied_frame_word_agrees_with_enumeration_of_its_fronts():
             belief(denied, model=preset("bayes"), engine=Enumerate(1440)),
             atol=1e-12,
         )
+
+
+@pytest.mark.parametrize("word", ["behind", "left"])
+def test_a_denied_frame_word_by_hand(word):
+    """The greatest g is over all cells and 72 fronts; 1 - denial g / max g is then averaged."""
+    (term,) = ground_relations((relation(word, "House"),), CITY)
+    round_, prior = torch.arange(72) * (2 * math.pi / 72), PLAIN.frame_prior(term)
+    peak = PLAIN.likelihood.log_g(term, term.directions(round_)).max()
+    mean = PLAIN.likelihood.log_marginal(term, prior)
+    expected = (1 - PLAIN.denial * (mean - peak).exp()).reshape(CITY.grid.shape).numpy()
+    got = belief(relation(word, "House", negated=True))
+    np.testing.assert_allclose(got, expected / expected.sum(), rtol=1e-9)
 
 
 def test_the_deeper_in_what_was_denied_the_less_likely():

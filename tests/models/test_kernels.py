@@ -43,6 +43,50 @@ def test_students_kernel_and_von_mises():
     assert at(east, 0, 10) / at(east, 10, 0) == pytest.approx(math.exp(-2))
 
 
+@pytest.mark.parametrize(("said_m", "width_m"), [(40.0, 10.0), (10.0, 5.0)])
+def test_a_said_distance_is_a_ring_a_quarter_as_wide_and_no_narrower_than_contact(said_m, width_m):
+    kernel = StudentVonMisesLikelihood(near_m=33.0, contact_m=5.0, tail=3.0)
+    said = replace(relation("near", "Pole"), distance_m=said_m)
+    (ring,) = ground_relations((said,), CITY)
+    table = kernel.log_g(ring, None)
+    assert at(table, said_m, 0) == 1
+    assert at(table, 0, 0) == pytest.approx((1 + (said_m / width_m) ** 2 / 3) ** -2)
+    learnt = replace(kernel, contact_m=torch.tensor(5.0, dtype=torch.float64)).log_g(ring, None)
+    assert torch.allclose(learnt, table)
+
+
+@pytest.mark.parametrize("number", ["kappa", "mean_rad", "weight"])
+def test_the_closed_form_has_the_slope_of_its_values(number):
+    """Numbers of a frame that is learnt: the gradient is that of central differences."""
+    kernel, east = StudentVonMisesLikelihood(), term("front")
+
+    def value(shift):
+        numbers = {"mean_rad": 0.4, "kappa": 2.0, "weight": 0.7}
+        numbers[number] = numbers[number] + shift
+        parts = (FramePart(**numbers), FramePart(2.0, 1.0, 0.9 - numbers["weight"]))
+        return kernel.log_marginal(east, FrameDistribution(parts, lapse=0.1))
+
+    zero = torch.zeros((), dtype=torch.float64, requires_grad=True)
+    value(zero)[7].backward()
+    with torch.no_grad():
+        step = torch.tensor(1e-5, dtype=torch.float64)
+        slope = float(value(step)[7] - value(-step)[7]) / 2e-5
+    assert float(zero.grad) == pytest.approx(slope, rel=1e-6)
+    assert slope != 0
+
+
+def test_the_closed_form_on_many_cells_is_the_one_on_few():
+    """It is read off a table where there are more cells than 8192."""
+    many, few = (point_city(symmetric_grid(n), Pole=(0.0, 0.0)) for n in (101, 31))
+    frame = FrameDistribution((FramePart(0.4, 40.0, 0.7), FramePart(2.0, 0.0, 0.2)), lapse=0.1)
+    kernel = StudentVonMisesLikelihood(kappa_frame=30.0)
+    tables = [
+        kernel.log_marginal(term("left", city), frame).reshape(city.grid.shape)
+        for city in (many, few)
+    ]
+    assert torch.allclose(tables[0][35:66, 35:66], tables[1], atol=1e-9, rtol=0)
+
+
 def test_a_street_has_widths_of_its_own():
     city = house_and_street(symmetric_grid(21), street_y=0.0)
     kernel = StudentVonMisesLikelihood(near_m=5.0, near_street_m=20.0, tail=3.0)

@@ -85,6 +85,19 @@ def test_a_phrase_is_the_weighted_sum_of_candidates_each_normalised_by_itself():
     np.testing.assert_allclose(got, expected / expected.sum(), rtol=1e-9)
 
 
+@pytest.mark.parametrize("word", ["near", "front"])
+def test_a_denied_phrase_is_the_weighted_sum_of_denials_each_by_its_own_peak(word):
+    prior = (0.5, 0.2, 0.3)
+    plain = model(lapse=0.0, temper=0.0, frame_prior=each_its_own)
+    chosen = replace(plain, latents=(which_kiosk(prior=prior),))
+    got = infer_description(said(relation(word, "Kiosk", negated=True)), CITY, chosen)[0]
+    expected = sum(
+        c * infer_description(said(relation(word, k, negated=True)), CITY, plain)[0].belief(TARGET)
+        for c, k in zip(prior, KIOSKS, strict=True)
+    )
+    np.testing.assert_allclose(got.belief(TARGET), expected, rtol=1e-9)
+
+
 def test_one_candidate_is_the_model_without_the_latent():
     got = infer_description(NEAR_AND_NORTH, CITY, model(which_kiosk(("Kiosk2",))))[0]
     plain = said(relation("near", "Kiosk2"), relation("north", "OldMill"))

@@ -35,6 +35,44 @@ def test_every_latent_is_a_named_site(program):
     assert {f"{TARGET}/holds_0", f"{TARGET}/holds_1"} <= set(trace.observation_nodes)
 
 
+def test_a_program_has_as_many_bins_as_build_gives_it():
+    built = build(SPOKEN, CITY, MODEL)
+    assert type(built)(built.data).bins == built.bins == 72
+    assert type(built)(built.data).frames == built.frames == "bins"
+
+
+@pytest.mark.parametrize("bins", [0, -1, True, 2.5, "24"])
+def test_a_number_of_bins_that_is_none(bins):
+    with pytest.raises(InputError) as caught:
+        build(SPOKEN, CITY, MODEL, frame_bins=bins)
+    assert str(caught.value) == (
+        f"frame_bins is {bins!r}; expected a whole number of angles above 0"
+    )
+
+
+def test_one_bin_is_enough():
+    assert build(SPOKEN, CITY, MODEL, frame_bins=1).bins == 1
+
+
+def test_a_number_with_a_prior_is_heeded_in_every_run():
+    """Tables of one run are no tables of the next, where another number was drawn."""
+    priors = {"near_m": torch.distributions.LogNormal(2.0, 1.0)}
+    program = build(SPOKEN, CITY, MODEL, priors=priors, frame_bins=24)
+
+    def log_holds(program, near_m):
+        data = {f"{TARGET}/cell": torch.tensor(0), "near_m": torch.tensor(near_m)}
+        data |= {f"{TARGET}/{site}": torch.tensor(0) for site in ("component", "frame_0")}
+        data |= {f"{TARGET}/lapse_{j}": torch.tensor(0.0) for j in (0, 1)}
+        trace = poutine.trace(poutine.condition(program, data=data)).get_trace()
+        trace.compute_log_prob()
+        return float(trace.nodes[f"{TARGET}/holds_1"]["log_prob"])
+
+    first, second = log_holds(program, 5.0), log_holds(program, 50.0)
+    assert abs(first - second) > 0.1
+    fresh = build(SPOKEN, CITY, MODEL, priors=priors, frame_bins=24)
+    assert log_holds(fresh, 50.0) == second
+
+
 def test_conditioning_fixes_a_site(program):
     fixed = poutine.condition(program, data={f"{TARGET}/cell": torch.tensor(7)})
     assert int(fixed()[TARGET]) == 7

@@ -109,6 +109,14 @@ def test_the_northeast_of_a_corner_is_seen_from_the_crossing():
     ).equals(shapely.Point(1, 0))
 
 
+def test_across_from_a_house_that_reaches_the_street_is_away_from_its_middle():
+    for house_y, side in ((-3.0, 1), (3.0, -1), (-4.0, 1)):  # walls over the street, or on it
+        city = house_and_street(GRID, house=(10.0, house_y), street_y=0.0)
+        region = across_region(city, "House", "MainSt")
+        assert region.area > 0
+        assert side * region.centroid.y > 0
+
+
 def test_across_from_a_house_is_the_other_side_of_its_street():
     city = house_and_street(GRID, house=(10.0, -20.0), street_y=0.0)
     across = term(city, "across", "House")

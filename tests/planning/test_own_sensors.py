@@ -141,6 +141,26 @@ def test_reports_of_a_mask_have_probabilities_that_sum_to_one(rates, noise):
     np.testing.assert_allclose(total, np.ones(SHAPE))
 
 
+def test_a_reported_cell_is_the_likelier_the_nearer_in_a_straight_line():
+    """By hand: exp(-d^2 / 2 sigma^2) over the cells in view, for offsets (0, 0), (0, 1), (1, 1)."""
+    sensor = Disk(GRID, position_noise_cells=0.8)
+    n = GRID.n_cols
+    cells = np.array([30, 31, n + 31, 2 * n + 30])
+    likelihood = sensor.cell_likelihood(cells, 30)
+    offsets = [(0, 0), (0, 1), (1, 1), (2, 0)]
+    for (row, col), chance in zip(offsets, likelihood.inside, strict=True):
+        to_each = [math.exp(-((row - r) ** 2 + (col - c) ** 2) / 1.28) for r, c in offsets]
+        assert chance == pytest.approx(to_each[0] / sum(to_each))
+
+
+def test_a_sensor_is_exact_where_nothing_may_go_wrong():
+    assert Disk(GRID).exact
+    assert not Disk(GRID, true_positive_rate=0.0).exact
+    assert not Disk(GRID, true_positive_rate=0.9).exact
+    assert not Disk(GRID, false_positive_rate=0.1).exact
+    assert not Disk(GRID, position_noise_cells=1.0).exact
+
+
 def test_a_mask_reports_as_often_as_its_likelihood_says():
     sensor = Disk(GRID, 8.0, true_positive_rate=0.6, false_positive_rate=0.3)
     pose, place, n = Pose(*GRID.centre_of(3, 4)), GRID.centre_of(3, 5), 4000

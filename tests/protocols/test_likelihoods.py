@@ -111,7 +111,8 @@ def test_parameters_are_declared_as_they_stand(name):
     declared = parameters_of(likelihood)
     assert len({p.name for p in declared}) == len(declared)
     for parameter in declared:
-        assert parameter.checked(getattr(likelihood, parameter.name))
+        value = parameter.checked(getattr(likelihood, parameter.name))
+        assert parameter.prior_median == pytest.approx(value, rel=0.02)
         assert parameter.unit in ("m", "rad", "1")
         assert parameter.meaning
         moved = with_values(likelihood, {parameter.name: parameter.prior_median * 1.01})
