@@ -51,10 +51,10 @@ GROUPS = {
         ("tests/maps/test_grid.py", "tests/maps/test_rasterise.py", "tests/maps/test_city.py"),
     ),
     "likelihoods": Group(
-        ("models/likelihoods/*.py", "models/_regions.py"),
+        ("models/likelihoods/*.py", "models/_reference_regions.py"),
         (
             "tests/models/test_distance.py",
-            "tests/models/test_regions.py",
+            "tests/models/test_reference_regions.py",
             "tests/models/test_cosine.py",
             "tests/models/test_kernels.py",
             "tests/parity",

@@ -52,7 +52,7 @@ def test_f1_of_a_case_counted_by_hand():
 
 def test_rates_have_six_decimals():
     three = (*GOLD[:2], SpatialRelation("GreenToyota", "near", ("Rumor",)))
-    scene = DescribedScene("one", "cleveland", "one", "some text", relations=three)
+    scene = AnnotatedDescription("one", "cleveland", "one", "some text", relations=three)
     score = score_parser([scene], parser=says(("RedBike", "near", ("Ivy",))))
     assert (score.precision, score.recall, score.tuple_f1) == (1.0, 0.333333, 0.5)
     assert score.per_relation["near"] == {"n": 2, "precision": 1.0, "recall": 0.5, "f1": 0.666667}
