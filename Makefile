@@ -55,13 +55,13 @@ check: $(STAMP)
 # Verdicts are kept in out/mutants; a run that was stopped goes on where it was.
 mutants: export OMP_NUM_THREADS ?= 1
 mutants: $(MUTANTS_STAMP)
-	$(BIN)/python benchmarks/mutants.py $(MUTANTS_OPTIONS)
+	$(BIN)/python tests/tools/mutants.py $(MUTANTS_OPTIONS)
 
 coverage: export OMP_NUM_THREADS ?= 1
 coverage: $(MUTANTS_STAMP)
 	mkdir -p out
 	$(BIN)/python -m pytest $(PYTEST_OPTIONS) --cov --cov-report=json:out/coverage.json
-	$(BIN)/python benchmarks/coverage_by_room.py out/coverage.json
+	$(BIN)/python tests/tools/coverage_by_room.py out/coverage.json
 
 $(MUTANTS_STAMP): $(STAMP)
 	$(BIN)/python -m pip install --editable ".[dev,mutants]"
