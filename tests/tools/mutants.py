@@ -131,6 +131,7 @@ EXPLAINED = (
     (" + 1, 1))", "a larger window round the fan, whose cells are asked one by one"),
     ("whole <= len(order)", "a belief sums to one, which is above each level"),
     ("kappa < _NARROW_KAPPA", "either way of summing is right at the border of the two"),
+    ("over(count, -0.5)", "half a step back round the circle, or on, is the same directions"),
     ("0, len(x) // 1)", "the neighbours of a cell are kept on the map once more below"),
     ("3 * math.pi / _PEAK_FRONTS", "the greatest g is over cells too, and stays the same"),
 )
