@@ -88,7 +88,7 @@ def bench_one(city: CityMap, rounds: int) -> None:
     times = took["engine"] / took["reference"]
     least = took["engine"].min(1) / took["reference"].min(1)
     cells = [f"{f'{a:.2f} ({b:.2f})':>16}" for a, b in zip(np.median(times, 1), least, strict=True)]
-    print(f"{'exact / bare torch':44} {' '.join(cells)}  {told_limit(np.median(times[0]), 3)}")
+    print(f"{'exact / bare torch':44} {' '.join(cells)}  {limit_text(np.median(times[0]), 3)}")
     print(f"total variation between exact and bare torch: {apart:.1e}")
 
 
@@ -231,7 +231,7 @@ def bench_large(rounds: int) -> None:
     show("exact, 401 x 401", np.array(found["engine"]), 60)
     show("bare torch, 401 x 401", np.array(found["reference"]))
     print(
-        f"memory of exact, 401 x 401: {found['mb']:.0f} MB, limit {told_limit(found['mb'], 120)}; "
+        f"memory of exact, 401 x 401: {found['mb']:.0f} MB, limit {limit_text(found['mb'], 120)}; "
         f"first description of these grounds: {found['first']:.0f} ms processor"
     )
 
@@ -283,7 +283,7 @@ def bench_agreement(city: CityMap, seeds: int, limits: Mapping[int, float]) -> N
             apart.append(0.5 * np.abs(rough.belief(CAR) - right).sum())
         print(
             f"importance, {draws} draws: total variation {max(apart):.4f} in the worst of {seeds} "
-            f"seeds, limit {told_limit(max(apart), limit)}"
+            f"seeds, limit {limit_text(max(apart), limit)}"
         )
 
 
@@ -309,11 +309,11 @@ def show(what: str, took: NDArray[np.float64], limit: float | None = None) -> No
     """Print processor and wall times, medians and least, and whether the first meets a limit."""
     medians = np.median(took, 1)
     cells = [f"{f'{m:.2f} ({t:.2f})':>16}" for m, t in zip(medians, took.min(1), strict=True)]
-    met = "" if limit is None else f"  {told_limit(medians[0], limit)}"
+    met = "" if limit is None else f"  {limit_text(medians[0], limit)}"
     print(f"{what:44} {' '.join(cells)}{met}")
 
 
-def told_limit(figure: float, limit: float) -> str:
+def limit_text(figure: float, limit: float) -> str:
     """Return a limit and whether a figure, which may be as much, meets it."""
     return f"{limit:g}: {'met' if figure <= limit else 'NOT MET'}"
 

@@ -117,8 +117,8 @@ def bench_length(words: int) -> None:
         start = time.process_time()
         parse(text, city)
         took.append(time.process_time() - start)
-    told = f"{words:,} words in {took[0]:.2f} s" + (" (2)" if words == 10_000 else "")
-    print(f"{told}, four times as many in {took[1] / took[0]:.1f} x")
+    line = f"{words:,} words in {took[0]:.2f} s" + (" (2)" if words == 10_000 else "")
+    print(f"{line}, four times as many in {took[1] / took[0]:.1f} x")
 
 
 if __name__ == "__main__":

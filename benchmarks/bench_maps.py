@@ -165,10 +165,10 @@ def bench_imports(folder: Path, patches: list[Patch], rounds: int) -> None:
         for what, name, patch, limit in patches:
             out = str(Path(scratch) / "city.geojson")
             arguments = ["-c", _PEAK + _CHILD, str(folder / name), out, json.dumps(patch)]
-            told = [json.loads(run(arguments)) for _ in range(rounds if limit else 1)]
-            seconds = [t["libraries"] + t["work"] for t in told]
-            peak = max(t["peak_mb"] for t in told)
-            size = f"{told[0]['landmarks']} landmarks, {peak:.0f} MB (limit 1000 MB)"
+            runs = [json.loads(run(arguments)) for _ in range(rounds if limit else 1)]
+            seconds = [t["libraries"] + t["work"] for t in runs]
+            peak = max(t["peak_mb"] for t in runs)
+            size = f"{runs[0]['landmarks']} landmarks, {peak:.0f} MB (limit 1000 MB)"
             show(f"import {what}: {size}", seconds, str(limit or ""))
 
 
@@ -212,8 +212,8 @@ def block_text() -> str:
         lines.append(f'<node id="{number}" version="1" lat="{lat:.7f}" lon="{lon:.7f}"/>')
     for number, (way, tags) in enumerate(ways, start=1):
         nodes = "".join(f'<nd ref="{places.index(place) + 1}"/>' for place in way)
-        told = "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
-        lines.append(f'<way id="{number}" version="1">{nodes}{told}</way>')
+        tag_lines = "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
+        lines.append(f'<way id="{number}" version="1">{nodes}{tag_lines}</way>')
     return "\n".join([*lines, "</osm>", ""])
 
 

@@ -115,13 +115,13 @@ def ours(name, sims, side=SIDE, targets=1):
 
 def rates(contenders, rounds):
     """Return simulations per CPU second of each contender in each round."""
-    told = {name: [] for name in contenders}
+    rounds_of = {name: [] for name in contenders}
     for _ in range(rounds):
         for name, (run, sims) in contenders.items():
             begun = time.process_time()
             run()
-            told[name].append(sims / (time.process_time() - begun))
-    return told
+            rounds_of[name].append(sims / (time.process_time() - begun))
+    return rounds_of
 
 
 def planning(rounds, share=1):
@@ -133,11 +133,11 @@ def planning(rounds, share=1):
         "fast": (ours("fast", many), many),
         f"fast, {LARGE} x {LARGE}, 3 targets": (ours("fast", many, LARGE, 3), many),
     }
-    told = rates(contenders, rounds)
-    for name, values in told.items():
+    rounds_of = rates(contenders, rounds)
+    for name, values in rounds_of.items():
         print(f"{name:28s} {statistics.median(values):12,.0f} simulations a CPU second")
     for a, b, goal in (("pouct", "bundled", 12), ("fast", "bundled", 1000), ("fast", "pouct", 50)):
-        ratio = statistics.median(x / y for x, y in zip(told[a], told[b], strict=True))
+        ratio = statistics.median(x / y for x, y in zip(rounds_of[a], rounds_of[b], strict=True))
         print(f"{a} / {b}: {ratio:,.1f} (goal {goal:,})")
 
 
@@ -152,8 +152,8 @@ def belief_update(rounds):
         begun = time.perf_counter()
         agent.belief.updated(left, nothing, robot)
         times.append(time.perf_counter() - begun)
-    told = f"{statistics.median(times) * 1e3:.3f} ms (goal 1)"
-    print(f"belief update, {LARGE} x {LARGE}: {told}")
+    line = f"{statistics.median(times) * 1e3:.3f} ms (goal 1)"
+    print(f"belief update, {LARGE} x {LARGE}: {line}")
 
 
 def trial(rounds, steps=200):

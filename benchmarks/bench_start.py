@@ -106,8 +106,8 @@ def python(arguments: tuple[str, ...], folder: str) -> str:
 
 def show(what: str, spent: float, unit: str, bar: float | None) -> None:
     """Print a row: what was measured, the time it took, and whether that is little enough."""
-    told = "" if bar is None else f"  {bar:g} {unit}: {'met' if spent < bar else 'NOT MET'}"
-    print(f"{what:32} {spent:8.2f} {unit:2}{told}")
+    verdict = "" if bar is None else f"  {bar:g} {unit}: {'met' if spent < bar else 'NOT MET'}"
+    print(f"{what:32} {spent:8.2f} {unit:2}{verdict}")
 
 
 if __name__ == "__main__":

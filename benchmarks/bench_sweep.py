@@ -42,11 +42,13 @@ def pace(descriptions, rounds, searching, **changes):
     """Print trials per second with one worker and two, and their ratio."""
     rates = {1: [], 2: []}
     for seed in range(rounds + 1):
-        for workers, told in rates.items():
+        for workers, measured in rates.items():
             seeded = replace(searching, seed=seed)
             seconds, trials = run(descriptions, workers, seeded, **changes)
-            told.append(len(trials) / seconds)
-    medians = {n: statistics.median(told[1:]) for n, told in rates.items()}  # warm after the first
+            measured.append(len(trials) / seconds)
+    medians = {
+        n: statistics.median(measured[1:]) for n, measured in rates.items()
+    }  # warm after the first
     for workers, rate in medians.items():
         print(f"{workers} workers: {rate:.1f} trials a second")
     ratio = medians[2] / medians[1]

@@ -63,11 +63,11 @@ def main() -> None:
             "3+": [t for t in scored.scores if len(t.relations) > 2],
             "all": list(scored.scores),
         }
-        cells = " | ".join(told(targets) for targets in counts.values())
+        cells = " | ".join(cell_text(targets) for targets in counts.values())
         print(f"| {name} | {cure} | {scored.mean_log_score:.2f} | {cells} |")
 
 
-def told(targets: Sequence[ScoredTarget]) -> str:
+def cell_text(targets: Sequence[ScoredTarget]) -> str:
     """Return the coverage of some targets, and how many they are."""
     if not targets:
         return "-"

@@ -121,8 +121,8 @@ def check(file: Path, descriptions: Sequence[AnnotatedDescription], tolerance: f
         largest = float(np.max([*apart.values(), 0.0]))  # NaN when one is
         moved = [which for which, distance in apart.items() if not distance <= tolerance]
         sound &= not moved
-        told = f"; {len(moved)} moved, the first that of {moved[0]}" if moved else ""
-        print(f"{name}: total variation at most {largest:.1e} over {len(apart)} beliefs{told}")
+        shift = f"; {len(moved)} moved, the first that of {moved[0]}" if moved else ""
+        print(f"{name}: total variation at most {largest:.1e} over {len(apart)} beliefs{shift}")
     lacking, unasked = len(found.keys() - kept.keys()), len(kept.keys() - found.keys())
     if lacking or unasked:
         print(f"{lacking} beliefs are not in {file}; {unasked} of its beliefs are not asked about")
@@ -140,7 +140,9 @@ def sketches(descriptions: Sequence[AnnotatedDescription]) -> dict[str, NDArray[
         shape (M, B).
     """
     found = {name: beliefs(descriptions, model) for name, model in models().items()}
-    flat = np.stack([[belief.reshape(-1) for belief in told.values()] for told in found.values()])
+    flat = np.stack(
+        [[belief.reshape(-1) for belief in tables.values()] for tables in found.values()]
+    )
     bits = np.random.default_rng(0).integers(2, size=(PROJECTIONS, flat.shape[-1]), dtype=np.uint8)
     packed = np.packbits(bits, axis=1)
     projections, entropies = sketch(flat, packed)

@@ -40,15 +40,15 @@ QUICK = "greedy,random,pouct:10,fast:10:published@1,fast:10"
 def beliefs_of(files, model, maps):
     """Return (key, configuration, city, {target: belief}, {target: place}) of every description."""
     descriptions = read_descriptions(files, maps) if files else bundled_examples()
-    told = []
+    cases = []
     for annotated in descriptions:
         city = maps(annotated.map)
         said = Description(annotated.text, annotated.map, annotated.objects, annotated.relations)
         places = {t: (p.x_m, p.y_m) for t, p in annotated.targets.items()}
         posterior, _ = infer_description(said, city, model, truth=places)
         beliefs = {target: np.asarray(posterior.belief(target)) for target in places}
-        told.append((annotated.id, annotated.configuration, city, beliefs, places))
-    return told
+        cases.append((annotated.id, annotated.configuration, city, beliefs, places))
+    return cases
 
 
 def one_by_one(descriptions):
@@ -77,7 +77,7 @@ def trials(cases, planner, starts, settings, imagined):
     sims = int(rest[0]) if rest else 1000
     rollout = rest[1] if len(rest) > 1 else None
     config = SearchConfig(sims=sims, rollout=rollout, **settings)
-    told = []
+    results = []
     for key, _, city, beliefs, places in cases:
         for start in range(starts):
             seed = np.random.default_rng(zlib.crc32(key.encode()))
@@ -86,8 +86,8 @@ def trials(cases, planner, starts, settings, imagined):
             begun = time.process_time()
             episode = run_search(beliefs, city, where, planner=name, config=config, rng=rng)
             seconds = (time.process_time() - begun) / episode.steps
-            told.append((episode.discounted_return, float(episode.found), seconds))
-    return np.array(told).reshape(len(cases), starts, 3)
+            results.append((episode.discounted_return, float(episode.found), seconds))
+    return np.array(results).reshape(len(cases), starts, 3)
 
 
 def interval(values, clusters, draws=2000):
@@ -103,20 +103,20 @@ def interval(values, clusters, draws=2000):
     return float(np.mean(values)), *np.percentile(means, [2.5, 97.5])
 
 
-def row(planner, told, base, clusters):
+def row(planner, results, base, clusters):
     """Return a row of the table: the reward, and what is gained on the other's same starts."""
-    mean, low, high = interval(told[..., 0].mean(axis=1).tolist(), clusters)
+    mean, low, high = interval(results[..., 0].mean(axis=1).tolist(), clusters)
     paired = ""
     if base is not None:
-        gap = (told - base[:, : told.shape[1]])[..., 0].mean(axis=1).tolist()
+        gap = (results - base[:, : results.shape[1]])[..., 0].mean(axis=1).tolist()
         paired = "{:+.0f} [{:+.0f}, {:+.0f}]".format(*interval(gap, clusters))
     cells = (
         planner,
-        str(told.shape[1]),
+        str(results.shape[1]),
         f"{mean:.0f} [{low:.0f}, {high:.0f}]",
         paired,
-        f"{told[..., 1].mean():.2f}",
-        f"{np.median(told[..., 2]) * 1e3:.2g}",
+        f"{results[..., 1].mean():.2f}",
+        f"{np.median(results[..., 2]) * 1e3:.2g}",
     )
     return "| " + " | ".join(cells) + " |"
 
@@ -173,10 +173,10 @@ def main():
     planners = options.planners.split(",")
     for planner in sorted(planners, key=lambda p: p != options.against):
         name, _, starts = planner.partition("@")
-        told = trials(cases, name, int(starts or options.starts), settings, options.imagined)
-        say(row(name, told, base, clusters))
+        results = trials(cases, name, int(starts or options.starts), settings, options.imagined)
+        say(row(name, results, base, clusters))
         if name == options.against:
-            base = told
+            base = results
 
 
 if __name__ == "__main__":

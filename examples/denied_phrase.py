@@ -28,8 +28,8 @@ def main(out: Path) -> dict[str, float]:
     for axes, text in zip(figure.subplots(1, len(TEXTS)), TEXTS, strict=True):
         posterior = sloop.infer(sloop.parse(text, city), city)
         found[text] = float(posterior.belief(TARGET)[near].sum())
-        told = f"“{text}” {found[text]:.3f} within {NEAR_M:g} m"
-        sloop.plots.plot_belief(posterior, TARGET, ax=axes, legend=False, title=told)
+        title = f"“{text}” {found[text]:.3f} within {NEAR_M:g} m"
+        sloop.plots.plot_belief(posterior, TARGET, ax=axes, legend=False, title=title)
     figure.savefig(out, dpi=90, metadata={"Software": None})
     return found
 

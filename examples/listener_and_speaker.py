@@ -35,8 +35,8 @@ def main(out: Path) -> dict[str, float]:
     for axes, (name, model) in zip(figure.subplots(1, len(MODELS)), MODELS.items(), strict=True):
         posterior = sloop.infer(said, city, model=model)
         entropies[name] = posterior.entropy(TARGET)
-        told = f"{name}: {entropies[name]:.2f} nats"
-        sloop.plots.plot_belief(posterior, TARGET, ax=axes, legend=False, title=told)
+        title = f"{name}: {entropies[name]:.2f} nats"
+        sloop.plots.plot_belief(posterior, TARGET, ax=axes, legend=False, title=title)
     figure.savefig(out, dpi=80, metadata={"Software": None})
     return entropies
 

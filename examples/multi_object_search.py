@@ -47,12 +47,12 @@ def main(smoke: bool = False) -> dict[str, Result]:
     """Search once with what was said and once without."""
     city = sloop.load_map("cleveland", cell_m=CELL_M)
     posterior = sloop.infer(sloop.parse(TEXT, city), city)
-    told = {target: posterior.belief(target) for target in posterior.targets}
-    untold = {target: np.ones(city.grid.shape) for target in told}
+    informed = {target: posterior.belief(target) for target in posterior.targets}
+    uninformed = {target: np.ones(city.grid.shape) for target in informed}
     sims, steps = (60, 12) if smoke else (2000, 60)
     print(f"“{TEXT}”")
     results = {}
-    for name, beliefs in (("told", told), ("not told", untold)):
+    for name, beliefs in (("told", informed), ("not told", uninformed)):
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002 - pomdp-py draws from there
         results[name] = search(city, beliefs, sims, steps)

@@ -54,8 +54,8 @@ def main(out: Path, smoke: bool = False) -> Result:
         before = sloop.infer(said, city, model=model)
         after = before.condition(found)
         sides[model.name] = tuple(p.probability_in(SOUGHT, eastern) for p in (before, after))
-        told = "P(Toyota on the eastern side) {:.2f}, once the Honda is found {:.2f}"
-        print(f"{model.name}: {told.format(*sides[model.name])}")
+        line = "P(Toyota on the eastern side) {:.2f}, once the Honda is found {:.2f}"
+        print(f"{model.name}: {line.format(*sides[model.name])}")
         if model is ONE_SPEAKER:
             pair = before, after
     frames = [posterior.frame(SOUGHT, ground) for posterior in pair]

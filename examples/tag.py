@@ -127,17 +127,19 @@ def main(smoke: bool = False) -> Result:
     now = pomdp_py.update_histogram_belief(
         chasers["unheard"].cur_belief, MoveEast2D, said, words, None, static_transition=True
     )
-    told = {
+    chances = {
         "then": chasers["then"].cur_belief[state],
         "now": now[state],
         "unheard": chasers["unheard"].cur_belief[state],
     }
     belief = chasers["then"].cur_belief
     print(f"“{TEXT}”, heard {LATE} steps late. P(where the target is by now):")
-    print("  as said of then {then:.4f}, of now {now:.4f}, not heard {unheard:.4f}".format(**told))
+    print(
+        "  as said of then {then:.4f}, of now {now:.4f}, not heard {unheard:.4f}".format(**chances)
+    )
     tagged, steps = chase(chasers["then"], state, *((30, 4) if smoke else (300, 200)))
     print(f"{'tagged' if tagged else 'not tagged'} after {steps} more steps")
-    return Result(**told, tagged=tagged, steps=steps, belief=belief)
+    return Result(**chances, tagged=tagged, steps=steps, belief=belief)
 
 
 def agent_of(world: GridMap, belief: pomdp_py.Histogram) -> TagAgent:

@@ -179,6 +179,20 @@ class Grid:
             )
         return row, col
 
+    def check_cell(self, row: int, col: int) -> None:
+        """Refuse a cell that is not there.
+
+        Raises
+        ------
+        OutsideMap
+            When there is no such cell; the message has the limits.
+        """
+        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
+            raise OutsideMap(
+                f"Cell ({row}, {col}) is outside the grid; expected a row in [0, {self.n_rows}) "
+                f"and a column in [0, {self.n_cols})"
+            )
+
     def centre_of(self, row: int, col: int) -> tuple[float, float]:
         """Return ``(x, y)`` of a cell's centre, metres; a centre may lie on the overhang.
 
@@ -187,11 +201,7 @@ class Grid:
         OutsideMap
             When there is no such cell.
         """
-        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
-            raise OutsideMap(
-                f"Cell ({row}, {col}) is outside the grid; expected a row in [0, {self.n_rows}) "
-                f"and a column in [0, {self.n_cols})"
-            )
+        self.check_cell(row, col)
         return float(self.x_m[col]), float(self.y_m[row])
 
     def place_in(self, row: int, col: int) -> tuple[float, float]:

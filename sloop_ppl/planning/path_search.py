@@ -101,6 +101,7 @@ class RunningPathSearch:
         self._found = new_candidates(widest, n_poses)
         self._scouts = new_scouts(n_poses)
         self._plan: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._expected = -1  # the pose after the first move of the plan, if it does not slip
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
         """Return the first move of the best path, or a find."""
@@ -143,13 +144,14 @@ class RunningPathSearch:
                 "expected_seen": tuple(chances.tolist()),
             },
         )
-        return space.moves[int(self._plan[0])], info
+        move = int(self._plan[0])
+        self._expected = space.moved(move, pose)[0]
+        return space.moves[move], info
 
     def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
         """Keep the rest of the path that was planned, as one to go on with."""
-        del agent
         follows = len(self._plan) > 0 and self._plan[0] == action.index and not observation.any
-        if follows:
+        if follows and agent.belief.robot.pose == self._expected:
             self._plan = self._plan[1:]
         else:
             self.forget()

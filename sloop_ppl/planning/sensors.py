@@ -26,6 +26,7 @@ __all__ = [
     "MaskSensor",
     "Sensor",
     "cells_between",
+    "check_sensor",
     "checked_reports",
     "fan_offsets",
     "is_blocked",
@@ -505,6 +506,24 @@ def checked_reports(sensor: object, reports: Any) -> dict[str, Any]:
     return dict(reports)
 
 
+def check_sensor(sensor: object) -> None:
+    """Refuse what is no sensor.
+
+    Raises
+    ------
+    InputError
+        When it lacks one of the methods, or is a class.
+    """
+    if isinstance(sensor, type) or not isinstance(sensor, Sensor):
+        raise InputError(f"The sensor is a {type(sensor).__name__}; expected {_WANTED}")
+
+
+_WANTED = (
+    "an object with the methods view(pose), log_likelihood(pose, report) and "
+    "sample(pose, places, rng), such as a MaskSensor"
+)
+
+
 def load_sensor(spec: str, city: CityMap) -> Sensor:
     """Return the sensor that a file holds.
 
@@ -526,8 +545,7 @@ def load_sensor(spec: str, city: CityMap) -> Sensor:
     file = load_from_file(
         spec,
         "Sensor",
-        "an object with the methods view(pose), log_likelihood(pose, report) and "
-        "sample(pose, places, rng), such as a MaskSensor",
+        _WANTED,
         lambda value: isinstance(value, Sensor),
         (city,),
     )

@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError, OutsideMap, UnknownName
+from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning.config import SearchConfig
-from sloop_ppl.planning.motion import ExactMotion, Motion, MoveTable, SlippingMotion, move_table
+from sloop_ppl.planning.motion import (
+    MOVES,
+    ExactMotion,
+    Motion,
+    MoveTable,
+    SlippingMotion,
+    move_table,
+)
 from sloop_ppl.planning.obstacles import tall_cells
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.planning.sensors import (
@@ -20,6 +27,7 @@ from sloop_ppl.planning.sensors import (
     MaskSensor,
     Offsets,
     Sensor,
+    check_sensor,
     is_blocked,
     load_sensor,
 )
@@ -95,7 +103,7 @@ class SearchSpace:
         self.sensor = _fan(grid, config, self.tall) if sensor is None else sensor
         self.motion = _moves(grid.cell_m, config) if motion is None else motion
         if sensor is not None:
-            _refuse_no_sensor(sensor)
+            check_sensor(sensor)
             config.refuse_sensor_settings(type(sensor).__name__)
         if motion is not None:
             config.refuse_motion_settings(type(motion).__name__)
@@ -173,11 +181,7 @@ class SearchSpace:
         OutsideMap
             When there is no such cell.
         """
-        if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
-            raise OutsideMap(
-                f"Cell ({row}, {col}) is outside the grid; expected a row in [0, {self.n_rows}) "
-                f"and a column in [0, {self.n_cols})"
-            )
+        self.grid.check_cell(row, col)
         return (row * self.n_cols + col) * HEADINGS + heading % HEADINGS
 
     def decode(self, number: int) -> tuple[int, int, int]:
@@ -348,16 +352,6 @@ class SearchSpace:
         """Return the most probable pose after a move (0 forward, 1 left, 2 right)."""
         return self.moved(index, pose)[0]
 
-    def collides(self, pose: int) -> bool:
-        """Tell whether a step forward would hit a no-fly building, without leaving the map."""
-        return bool(self.no_fly) and self.moved(0, pose)[1]
-
-    @property
-    def steps(self) -> tuple[tuple[int, int], ...]:
-        """Rows north and columns east of a step forward, by heading."""
-        rows = self.move_table.offsets[0, :, 0, :2].tolist()
-        return tuple((row, col) for row, col in rows)
-
     def preferences(self, pose: int) -> tuple[bytes, int, int]:
         """Return how `preferred_moves` is looked up: table, offset of the pose, allowed moves."""
         row, col, heading = self.decode(pose)
@@ -416,15 +410,6 @@ def _fan(grid: Grid, config: SearchConfig, tall: NDArray[np.bool_]) -> FanSensor
     )
 
 
-def _refuse_no_sensor(sensor: object) -> None:
-    if isinstance(sensor, type) or not isinstance(sensor, Sensor):
-        raise InputError(
-            f"The sensor is a {type(sensor).__name__}; expected an object with the methods "
-            "view(pose), log_likelihood(pose, report) and sample(pose, places, rng), such as a "
-            "MaskSensor"
-        )
-
-
 def _moves(cell_m: float, config: SearchConfig) -> ExactMotion:
     rates = {
         "stay_rate": config.stay_rate,
@@ -437,7 +422,7 @@ def _moves(cell_m: float, config: SearchConfig) -> ExactMotion:
 
 
 def _actions(target_ids: tuple[str, ...], find_each: bool) -> tuple[SearchAction, ...]:
-    moves = [SearchAction(name, i) for i, name in enumerate(("forward", "left", "right"))]
+    moves = [SearchAction(name, i) for i, name in enumerate(MOVES)]
     if find_each:
         finds = [SearchAction(f"find({t})", 3 + i, 1 << i) for i, t in enumerate(target_ids)]
     else:

@@ -123,7 +123,7 @@ def best_of_all(space, table, pose, depth, promised):
         for move in range(3):
             after, left = space.next_pose(move, pose), table.copy()
             left[list(space.view(after))] = 0.0
-            collides = move == 0 and space.no_fly and space.collides(pose)
+            collides = move == 0 and space.no_fly and space.moved(0, pose)[1]
             now = config.collision_reward if collides else config.move_reward
             gain = 1000.0 * (table.sum() - left.sum())
             worths.append(now * table.sum() + 0.95 * (gain + best(after, left, depth - 1)))
@@ -325,3 +325,18 @@ def test_a_noisy_sensor_is_believed_as_far_as_it_deserves(noise):
     ]
     # A find is taken when the belief in view is above one half, in truth mostly far above.
     assert sum(found) >= 8
+
+
+@pytest.mark.parametrize("slips", [False, True])
+def test_the_rest_of_a_path_is_kept_unless_the_move_slipped(slips):
+    space = space_of((9, 11), sims=200, stay_rate=0.1)
+    agent = agent_of(space, {"A": np.ones((9, 11))}, space.encode(4, 5, 0))
+    planner = RunningPathSearch(space)
+    action, info = planner.plan(agent)
+    robot = agent.belief.robot
+    after = robot.at(robot.pose) if slips else robot.moved(action.index)
+    nothing = SearchObservation((-1,), 0, after.pose)
+    agent.set_belief(agent.belief.updated(action, nothing, after))
+    planner.update(agent, action, nothing)
+    kept = [space.moves[move].name for move in planner._plan]
+    assert kept == ([] if slips else list(info.notes["path"][1:]))
