@@ -467,7 +467,7 @@ def ground_description(
         for target in text.targets:
             relations = text.about(target.id)
             if not model.heed_distance:
-                relations = tuple(replace(relation, distance_m=None) for relation in relations)
+                relations = tuple(replace(r, distance_m=None, distance=None) for r in relations)
             terms = ground_relations(relations, city, joint=model.joint_grounds)
             if position:
                 terms = tuple(

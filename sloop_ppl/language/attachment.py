@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from sloop_ppl.language.attachment_record import AttachmentRecord, Reading, converses
+from sloop_ppl.language.attachment_record import AttachmentRecord, Attachments, converses
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.grounds import Ground, GroundReader
@@ -37,7 +37,7 @@ class _Clause:
     open: bool = False  # the last thing read was a figure that may still be joined by another
 
 
-def attach(reader: GroundReader, figures: Figures) -> Reading:
+def attach(reader: GroundReader, figures: Figures) -> Attachments:
     """Return which relation phrases locate which objects; linear in the items.
 
     Parameters

@@ -10,7 +10,7 @@ from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
 
-__all__ = ["Attached", "AttachmentRecord", "Reading", "converses"]
+__all__ = ["Attached", "AttachmentRecord", "Attachments", "converses"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Attached:
 
 
 @dataclass
-class Reading:
+class Attachments:
     """What a text says, in words and ids.
 
     Parameters
@@ -69,7 +69,7 @@ class AttachmentRecord:
 
     reader: GroundReader
     figures: Figures
-    reading: Reading = field(default_factory=Reading)
+    reading: Attachments = field(default_factory=Attachments)
     sentence: int = 0
 
     @property

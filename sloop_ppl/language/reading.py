@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from sloop_ppl.language.attachment import attach
-from sloop_ppl.language.attachment_record import Attached, Reading
+from sloop_ppl.language.attachment_record import Attached, Attachments
 from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
@@ -60,7 +60,7 @@ class TextReading:
     figures: Sequence[FigureMention] = ()
     kinds: Sequence[Chunk] = ()
     chunks: Sequence[Chunk] = ()
-    reading: Reading = field(default_factory=Reading)
+    reading: Attachments = field(default_factory=Attachments)
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
     description: Description | None = None
