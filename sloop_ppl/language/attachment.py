@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._assertion import Assertion, correction_at
 from sloop_ppl.language.attachment_record import AttachmentRecord, Attachments, converses
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
@@ -16,6 +18,7 @@ from sloop_ppl.language.relations import RELATIONS
 __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
+_HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 
 
@@ -37,7 +40,9 @@ class _Clause:
     open: bool = False  # the last thing read was a figure that may still be joined by another
 
 
-def attach(reader: GroundReader, figures: Figures) -> Attachments:
+def attach(
+    reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]
+) -> Attachments:
     """Return which relation phrases locate which objects; linear in the items.
 
     Parameters
@@ -46,8 +51,10 @@ def attach(reader: GroundReader, figures: Figures) -> Attachments:
         The items of the text; remembers the places spoken of.
     figures
         The objects spoken of; remembers them.
+    asserted
+        What each word is: asserted, denied, asked, or held before.
     """
-    walk = _Walk(reader, figures)
+    walk = _Walk(reader, figures, asserted)
     at = 0
     while at < len(reader.chunks):
         at = walk.step(at)
@@ -58,14 +65,22 @@ def attach(reader: GroundReader, figures: Figures) -> Attachments:
 class _Walk:
     """One pass over the items of a text."""
 
-    def __init__(self, reader: GroundReader, figures: Figures) -> None:
+    def __init__(
+        self, reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]
+    ) -> None:
         self.reader = reader
         self.figures = figures
-        self.record = AttachmentRecord(reader, figures)
+        self.record = AttachmentRecord(reader, figures, asserted)
         self.clause = _Clause()
+        self.lows = [w.low for w in reader.words]
+        self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.alternative = False  # "or" stands between the last relation and the next
 
     def step(self, at: int) -> int:
         """Read what begins at an item; return the item after it."""
+        corrected = self._correction(at)
+        if corrected > at:
+            return corrected
         kind = self.reader.kind(at)
         step = getattr(self, f"_on_{kind}", None)
         if step is not None:
@@ -78,13 +93,50 @@ class _Walk:
             return max(got[1], at + 1)
         return at + 1
 
+    def _correction(self, at: int) -> int:
+        """Read "no wait", "I mean", "correction": what follows replaces what was said last."""
+        if not self.record.attached or self.record.attached[-1].status == "retracted":
+            return at
+        first = self.reader.chunks[at].first
+        end = correction_at(self.lows, first)
+        if end == first:
+            return at
+        before = self.reader.words[first - 1] if first else None
+        parted = before is None or before.kind == "mark" or end - first > 1
+        if not parted or self.lows[first] in ("wait", "hold") and self.lows[first + 1 : first + 2] in (["for"], ["by"]):
+            return at
+        self.correcting = 2
+        while at < len(self.reader.chunks) and self.reader.chunks[at].first < end:
+            if self.reader.kind(at) in ("cue", "dir", "landmark", "figure", "distance"):
+                break
+            at += 1
+        return at
+
+    def _give(self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float) -> None:
+        """Attach a phrase, as a correction or an alternative of the last where it is one."""
+        before = len(self.record.attached)
+        if self.correcting and before:
+            self.record.retract(phrase)
+        self.correcting = 0
+        self.record.give(phrase, ids, span, confidence)
+        if len(self.record.attached) > before:
+            hedged = before > 0 and all(self._hedged(a.phrase) for a in self.record.attached[-2:])
+            if before and (self.alternative or (hedged and before >= self.record.sentence)):
+                self.record.alternate()
+            self.alternative = False
+
+    def _hedged(self, phrase: RelationPhrase) -> bool:
+        """Whether "maybe", "could be" and the like stand right before a phrase."""
+        return any(w in _HEDGES for w in self.lows[max(0, phrase.cue[0] - 3) : phrase.cue[0] + 1])
+
     def end_sentence(self) -> None:
         """Settle what waits for a figure, and forget what holds within a sentence."""
         clause = self.clause
         if clause.pending and not clause.route:
             for phrase in clause.pending:
-                self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
+                self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         self.record.end_sentence()
+        self.correcting = max(0, self.correcting - 1)
         self.clause = _Clause(figures=clause.figures, span=clause.span)
 
     def _on_stop(self, at: int) -> int:
@@ -99,6 +151,7 @@ class _Walk:
         return at + 1
 
     def _on_or(self, at: int) -> int:
+        self.alternative = bool(self.record.attached)
         return at + 1
 
     def _on_sub(self, at: int) -> int:
@@ -153,7 +206,7 @@ class _Walk:
                 a for a in attached[-3:] if a.figures == attached[-1].figures != clause.figures
             ]
             for one in other:
-                self.record.give(one.phrase, clause.figures, clause.span, 0.8)
+                self._give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
         return at + 1
 
@@ -175,7 +228,7 @@ class _Walk:
         self._on_figure(figure)
         chunk = self.reader.chunks[at]
         phrase = RelationPhrase(("at",), (place,), (chunk.first, chunk.last), chunk.last)
-        self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         return after
 
     def _on_route(self, at: int) -> int:
@@ -200,6 +253,8 @@ class _Walk:
         ground = self.clause.topic = self.reader.landmark(at)
         before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
         joined = self.reader.kind(before) == "and"
+        if self.correcting and self._replaces(ground, at):
+            return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
@@ -212,6 +267,16 @@ class _Walk:
             self.clause.negated = False
         return at + 1
 
+    def _replaces(self, ground: Ground, at: int) -> bool:
+        """Read "no wait, the Dresden" and "or the Dresden": the last relation, of that place."""
+        onward = self.reader.past(at + 1, "place", "none", "skip", "plural")
+        if self.reader.kind(onward) in ("be", "cue", "dir") or not self.record.attached:
+            return False
+        last = self.record.attached[-1]
+        phrase = replace(last.phrase, grounds=(ground,), joint=False)
+        self._give(phrase, last.figures, last.span, 0.8)
+        return True
+
     def _instead(self, ground: Ground, before: int) -> bool:
         """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
         recent = self.record.recent()
@@ -219,7 +284,7 @@ class _Walk:
             return False
         denied = self.reader.kind(before) == "neg"
         phrase = replace(recent[-1].phrase, grounds=(ground,), joint=False, negated=denied)
-        self.record.give(phrase, self.clause.figures, self.clause.span, 0.8)
+        self._give(phrase, self.clause.figures, self.clause.span, 0.8)
         self.clause.negated = False
         return True
 
@@ -246,7 +311,7 @@ class _Walk:
         """Read "the red car is there": the last place that was said of another figure."""
         attached = self.record.attached
         if attached and attached[-1].figures != self.clause.figures:
-            self.record.give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
+            self._give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
             self.clause.open = False
 
     def _on_plural(self, at: int) -> int:
@@ -327,7 +392,8 @@ class _Walk:
             return end
         span = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
         words = [w.low for w in self.reader.words[slice(*span)]]
-        target = inferred_target(words, self.reader.kind(at - 1) == "possessive")
+        lead = str(self.reader.value(at - 1)) if self.reader.kind(at - 1) == "possessive" else ""
+        target = inferred_target(words, lead)
         self.figures.infer(target)
         self._subject((target.id,), span, joins=self.clause.open)
         return end
@@ -341,7 +407,7 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
-                self.record.give(phrase, ids, span, 0.9)
+                self._give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route, clause.topic = True, True, False, None
@@ -364,6 +430,7 @@ class _Walk:
         clause.open = False
         if clause.aside or clause.route:
             clause.aside_used = clause.aside
+            self.record.set_aside(phrase, "route" if clause.route else "other")
             return
         about = phrase.grounds[0]
         clause.grounds = ()
@@ -373,12 +440,14 @@ class _Walk:
         if clause.subject:
             if about.kind == "figure":
                 self.record.converse(phrase, clause.subject)
+            else:
+                self.record.set_aside(phrase, "other")
             return
         waits = bool(clause.pending)
         if waits or (clause.named and leads_on(self.reader, at, after)):
             clause.pending.append(phrase)
         elif clause.named:
-            self.record.give(phrase, clause.figures, clause.span, 1.0)
+            self._give(phrase, clause.figures, clause.span, 1.0)
         else:
             clause.pending.append(phrase)
 

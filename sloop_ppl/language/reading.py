@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._assertion import assertions
+from sloop_ppl.language._objects import find_objects, find_speaker
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
 from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
@@ -14,13 +16,16 @@ from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
+from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
+    SPEAKER,
     Description,
     RelationSpans,
     SpatialRelation,
+    Status,
     TargetObject,
     Unresolved,
 )
@@ -46,6 +51,8 @@ class TextReading:
         What was recognised.
     reading
         Which relation phrases locate which objects.
+    inferred
+        The objects that no one declared.
     targets
         The objects spoken of.
     """
@@ -61,6 +68,7 @@ class TextReading:
     kinds: Sequence[Chunk] = ()
     chunks: Sequence[Chunk] = ()
     reading: Attachments = field(default_factory=Attachments)
+    inferred: tuple[TargetObject, ...] = ()
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
     description: Description | None = None
@@ -88,7 +96,14 @@ def find_figures(state: TextReading) -> None:
     for kind in kinds:
         if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
-    state.figures = state.finder.find(state.norms, taken)
+    figures = state.finder.find(state.norms, taken)
+    if state.finder.declared is None:
+        objects = find_objects(state.words, state.norms, taken, figures)
+        figures, state.inferred = list(objects.mentions), objects.inferred
+    speaker = find_speaker(state.words, state.norms, taken)
+    if speaker and not any(t.id == SPEAKER for t in state.finder.known):
+        state.inferred = (*state.inferred, TargetObject(SPEAKER))
+    state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
     owned = {w for m in state.figures for w in range(m.first, m.last)}
     state.kinds = [k for k in kinds if k.first not in owned]
 
@@ -104,14 +119,19 @@ def relate(state: TextReading) -> None:
     """Attach relation phrases to objects."""
     reader = GroundReader(state.words, state.norms, state.chunks, state.places, settle(state))
     figures = Figures(state.finder)
+    for target in state.inferred:
+        figures.infer(target)
     if state.finder.declared is None:
         default = {t.id for t in DEFAULT_TARGETS}
         for mention in state.figures:
             for one in mention.candidates:
                 if one not in default:
                     figures.infer(_inferred(one, mention, state))
-    state.reading = attach(reader, figures)
-    state.targets = figures.targets()
+    asserted = assertions(state.words, state.norms, state.chunks)
+    state.reading = attach(reader, figures, asserted)
+    located = {f for one in state.reading.attached for f in one.figures}
+    inferred = {t.id for t in state.inferred}
+    state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
 
 
@@ -153,8 +173,15 @@ def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int)
 def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
     relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
+    groups = 1 + max((a.either[0] for a in state.reading.attached if a.either), default=-1)
     for one in state.reading.attached:
-        for relation in _relations(state, one):
+        if one.status is not None:
+            continue
+        if one.either is None and _is_choice(state, one):
+            found, groups = _choice(_relations(state, one), groups), groups + 1
+        else:
+            found = _relations(state, one)
+        for relation in found:
             key = relation.figure, relation.relation, relation.grounds, relation.negated
             relations.setdefault(key, relation)
     return Description(
@@ -184,11 +211,27 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
                 tuple(_chars(state.words, g.first, g.last) for g in grounds),
             ),
             each=phrase.each,
+            either=one.either,
         )
         for figure in one.figures
         for relation in phrase.relations
         for grounds in groups
     ]
+
+
+def _is_choice(state: TextReading, one: Attached) -> bool:
+    """Whether the grounds of a phrase are alternatives: "near Ivy or Rumor"."""
+    grounds = one.phrase.grounds
+    if one.phrase.negated or one.phrase.joint or one.phrase.each or len(grounds) < 2:
+        return False
+    between = range(grounds[-2].last, grounds[-1].first)
+    return any(state.words[k].low == "or" for k in between)
+
+
+def _choice(relations: list[SpatialRelation], group: int) -> list[SpatialRelation]:
+    """Return relations as branches of one alternative, one branch for each ground."""
+    branches = {grounds: k for k, grounds in enumerate(dict.fromkeys(r.grounds for r in relations))}
+    return [replace(r, either=(group, branches[r.grounds])) for r in relations]
 
 
 def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
@@ -201,7 +244,24 @@ def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
         if not candidates and ground.kind == "unknown":
             candidates = nearest_landmarks(state.text[slice(*span)], state.places.index)
         found[span] = Unresolved(state.text[slice(*span)], span, candidates)
+    for one in state.reading.attached:
+        if one.status is not None:
+            _add_aside(state, one.phrase, one.status, found)
+    for phrase, status in state.reading.aside:
+        _add_aside(state, phrase, status, found)
     return tuple(found[s] for s in sorted(found))
+
+
+def _add_aside(
+    state: TextReading,
+    phrase: RelationPhrase,
+    status: Status,
+    found: dict[tuple[int, int], Unresolved],
+) -> None:
+    """Add a phrase that locates no target to what is unresolved."""
+    span = _chars(state.words, phrase.cue[0], max(phrase.last, phrase.cue[0] + 1))
+    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1])
+    found.setdefault(span, Unresolved(state.text[slice(*span)], span, grounds, status))
 
 
 def _chars(words: Sequence[Word], first: int, last: int) -> tuple[int, int]:
