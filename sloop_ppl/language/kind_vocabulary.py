@@ -96,11 +96,10 @@ def kind_vocabulary() -> KindVocabulary:
     folder = files("sloop_ppl") / "data" / "kinds"
     osm: dict[str, Any] = json.loads((folder / "osm.json").read_text("utf-8"))
     everyday: dict[str, Any] = json.loads((folder / "everyday.json").read_text("utf-8"))
-    by_hand = {
-        phrase_words(phrase): tuple(_by_hand(phrases[0], row) for row in rows)
-        for phrases, rows in everyday["kinds"]
-        for phrase in phrases
-    }
+    by_hand: dict[tuple[str, ...], tuple[Kind, ...]] = {}
+    for phrases, rows in everyday["kinds"]:
+        kinds = tuple(_by_hand(phrases[0], row) for row in rows)
+        by_hand |= dict.fromkeys(map(phrase_words, phrases), kinds)
     found: dict[tuple[str, ...], dict[int, list[Kind]]] = {}
     for tags, names, terms in osm["kinds"]:
         kind = Kind(names[0], _tags(tags))
@@ -113,8 +112,8 @@ def kind_vocabulary() -> KindVocabulary:
         # A term that many presets share is too general to name any of them.
         if best == _BY_NAME or len(tiers[best]) <= _MOST_SHARERS:
             by_name[words] = tuple(dict.fromkeys(tiers[best]))
-    tags_of_all = [t for table in (by_hand, by_name) for ks in table.values() for k in ks
-                   for t in k.tags]  # fmt: skip
+    lists = {*by_hand.values(), *by_name.values()}
+    known = {tag for kinds in lists for kind in kinds for tag in kind.tags}
     cuisines = {**osm["cuisines"], **everyday["cuisines"]}
     return KindVocabulary(
         by_hand=by_hand,
@@ -124,8 +123,8 @@ def kind_vocabulary() -> KindVocabulary:
         plural_only=frozenset(everyday["plural_only"]),
         compound=frozenset(everyday["compound"]),
         descriptive=frozenset(everyday["descriptive"]),
-        keys=frozenset(key for key, _ in tags_of_all),
-        known=frozenset(tags_of_all),
+        keys=frozenset(key for key, _ in known),
+        known=frozenset(known),
     )
 
 
