@@ -85,6 +85,14 @@ def find_speaker(
     return found
 
 
+def _reaches(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lexicon) -> bool:
+    """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
+    while at < len(norms) and norms[at] in ("on", "over", "down", "up", "straight", "right", "directly"):
+        at += 1
+    following = norms[at] if at < len(norms) else ""
+    return following in ("to", "by") and not any(w in ("from", "out") for w in norms[at - 1 : at])
+
+
 def _my(norms: Sequence[str], i: int) -> bool:
     before = norms[i - 1] if i else ""
     return before in ("my", "our") or (
@@ -164,6 +172,10 @@ def find_objects(
     for phrase in phrases:
         target = finder.target(phrase)
         inside = [given[k] for k in range(phrase.first, phrase.last) if k in given]
+        if inside and any(finder.is_predicate(m.first) for m in inside):
+            for m in inside:
+                given.pop(m.first)
+            continue
         if inside:
             keeps = all(len(c) and c in _DEFAULT_IDS for m in inside for c in m.candidates)
             if keeps or any(m.back or m.other or m.plural for m in inside):
@@ -237,6 +249,7 @@ class _ObjectFinder:
             | known.words_of("adverbs")
             | known.words_of("times")
             | known.words_of("abstract")
+            | known.words_of("speaker")
         )
         self._place_words = {w for phrase in known.place_phrases for w in phrase}
 
@@ -351,6 +364,18 @@ class _ObjectFinder:
         ) in self.known.words_of("kin")
         return _Phrase(begin, last, lead, role, bool(lead) or named)
 
+    def _hyphen(self, at: int, first: int) -> bool:
+        """Whether a word goes on after a hyphen: "U-Haul", "two-seater"."""
+        return (
+            at > first
+            and self.words[at].low == "-"
+            and not self.words[at].spaced
+            and at + 1 < len(self.words)
+            and not self.words[at + 1].spaced
+            and self.words[at + 1].kind == "word"
+            and not self.taken[at + 1]
+        )
+
     def _heads(self, k: int) -> bool:
         """Whether a word can head a phrase."""
         bare = _bare(self.norms[k])
@@ -399,16 +424,36 @@ class _ObjectFinder:
         ):
             return True
         if self._located(start):
-            return bool(lead) or named or self.norms[last - 1].endswith("s")
+            return bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
         if before in known.longest_cues and not self._is_after(last, attached):
             return False
         if before in ("of", "with", "from", "to") and lead != "":
             return False
         if not free:
             return False
-        if self._is_after(last, attached):
+        if self._is_after(last, attached) or self._resumed(last):
             return True
         return begins and self._telegram(last)
+
+    def is_predicate(self, first: int) -> bool:
+        """Whether a phrase says what someone is: "I'm an old woman"."""
+        at = first - 1
+        while at >= 0 and (self.norms[at] in self.known.words_of("size_adjectives") or self.norms[at] in ("a", "an")):
+            at -= 1
+        speaker = self.known.words_of("speaker")
+        be = at > 0 and self.norms[at] in ("am", "are", "was", "were") and self.norms[at - 1] in speaker
+        return at >= 0 and at < first - 1 and (be or self.norms[at] in ("i'm", "we're"))
+
+    def _resumed(self, last: int) -> bool:
+        """Whether a pronoun takes a phrase up: "our group she is", "my bike I left it"."""
+        following = self.norms[last : last + 2]
+        if len(following) < 2:
+            return False
+        says = following[0] in ("says", "said", "texted", "thinks", "writes", "reports", "called")
+        if says:
+            return following[1] in ("he", "she", "he's", "she's", "it", "it's", "they", "they're")
+        verb = following[1] in self.known.words_of("be") | self.known.words_of("locating_verbs")
+        return following[0] in ("he", "she", "it", "they", "i", "we") and verb
 
     def _located(self, start: int) -> bool:
         """Whether what stands before a phrase sees, loses, leaves or parks it, or says it exists."""

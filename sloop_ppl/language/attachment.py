@@ -14,6 +14,7 @@ from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.look_ahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 from sloop_ppl.language.relations import RELATIONS
+from sloop_ppl.language.values import SPEAKER
 
 __all__ = ["attach"]
 
@@ -255,6 +256,8 @@ class _Walk:
         joined = self.reader.kind(before) == "and"
         if self.correcting and self._replaces(ground, at):
             return at + 1
+        if self._listed(ground, at):
+            return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
@@ -267,6 +270,25 @@ class _Walk:
             self.clause.negated = False
         return at + 1
 
+    def _listed(self, ground: Ground, at: int) -> bool:
+        """Read "White van: West 4th" and "come to Rumor": the place right after the object."""
+        clause = self.clause
+        before = at - 1
+        while self.reader.kind(before) in ("det", "skip"):
+            before -= 1
+        parted = self.reader.kind(before) == "comma" and self.reader.kind(before - 1) == "figure"
+        reached = self.reader.kind(before) == "to" and self.reader.kind(before - 1) == "figure"
+        if not (clause.named and clause.open and (parted or reached)) or clause.route:
+            return False
+        onward = self.reader.past(at + 1, "place", "none", "skip")
+        if self.reader.kind(onward) in ("be", "neg", "which"):
+            return False
+        chunk = self.reader.chunks[at]
+        phrase = RelationPhrase(("at",), (ground,), (chunk.first, chunk.last), chunk.last)
+        self._give(phrase, clause.figures, clause.span, 0.7)
+        clause.open = False
+        return True
+
     def _replaces(self, ground: Ground, at: int) -> bool:
         """Read "no wait, the Dresden" and "or the Dresden": the last relation, of that place."""
         onward = self.reader.past(at + 1, "place", "none", "skip", "plural")
@@ -276,6 +298,32 @@ class _Walk:
         phrase = replace(last.phrase, grounds=(ground,), joint=False)
         self._give(phrase, last.figures, last.span, 0.8)
         return True
+
+    def _on_place(self, at: int) -> int:
+        """Read a kind of place that no cue precedes: "a school is west of it"."""
+        seen = self._seen(at)
+        got = self.reader.read(at)
+        if got is None or got[1] <= at:
+            return at + 1
+        ground, after = got
+        onward = self.reader.past(after, "skip", "none")
+        leads = seen or self.reader.kind(onward) in ("be", "neg")
+        if leads and not self.clause.pending:
+            self.clause.subject, self.clause.topic = (ground,), ground
+            self.clause.open = self.clause.negated = False
+        elif self.reader.kind(at - 1) == "be" or self.reader.kind(at - 2) == "be":
+            if self.clause.pending and self._waits_for_place(ground):
+                return after
+        return after
+
+    def _seen(self, at: int) -> bool:
+        """Whether "there is", "you'll see" or "it has" stands before a place."""
+        before = at - 1
+        while self.reader.kind(before) in ("det", "skip", "be", "possessive") and before > at - 4:
+            if self.reader.kind(before) == "be" and self.reader.value(before) in ("has", "have"):
+                return True
+            before -= 1
+        return self.reader.kind(before) == "see" or self.reader.value(before) == "there"
 
     def _instead(self, ground: Ground, before: int) -> bool:
         """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
@@ -291,28 +339,65 @@ class _Walk:
     def _waits_for_place(self, ground: Ground) -> bool:
         """Read "to the east of the red bike is Hoyt Block"."""
         waiting = self.clause.pending
-        if not waiting or any(p.grounds[0].kind != "figure" for p in waiting):
+        grounds = [self._spoken_of(p) for p in waiting]
+        if not waiting or any(g is None for g in grounds):
             return False
         self.clause.pending = []
-        for phrase in waiting:
-            self.record.converse(phrase, (ground,))
+        for phrase, about in zip(waiting, grounds, strict=True):
+            if about is not None:
+                self.record.converse(replace(phrase, grounds=(about,)), (ground,))
         return True
+
+    def _spoken_of(self, phrase: RelationPhrase) -> Ground | None:
+        """Return the object that a phrase about a place is told from: "west of it", "of me"."""
+        if not phrase.grounds:
+            ids = self.figures.last()
+            sided = all(RELATIONS[r].is_compass for r in phrase.relations)
+            return Ground("figure", *phrase.cue, ids) if ids and sided else None
+        about = phrase.grounds[0]
+        if about.kind == "figure":
+            return about
+        words = self.lows[about.first : about.last]
+        if about.kind == "robot":
+            mine = any(w in ("me", "us", "my", "our") for w in words)
+            return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
+        if words and words[-1] in ("it", "him", "her", "them") or phrase.own:
+            ids = self.figures.last()
+            return replace(about, kind="figure", ids=ids) if ids else None
+        return None
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
-        if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.open:
-            self._there()
+        if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.named:
+            self._there(at)
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
             return at + 1
         self._refer(self.figures.last(), at)
         return at + 1
 
-    def _there(self) -> None:
-        """Read "the red car is there": the last place that was said of another figure."""
+    def _there(self, at: int) -> None:
+        """Read "the red car is there" and "isn't there": the last place that was spoken of."""
+        clause = self.clause
+        before = self.reader.kind(at - 1)
+        if before not in ("be", "neg", "figure", "skip", "too", "only"):
+            return
         attached = self.record.attached
-        if attached and attached[-1].figures != self.clause.figures:
-            self._give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
-            self.clause.open = False
+        negated, clause.negated = clause.negated, False
+        if attached and attached[-1].figures != clause.figures and clause.open and not negated:
+            self._give(attached[-1].phrase, clause.figures, clause.span, 0.8)
+        elif negated or (clause.open and before in ("be", "figure", "skip")):
+            place = self.reader.last_ground()
+            if place is None:
+                return
+            chunk = self.reader.chunks[at]
+            cue = chunk.first, chunk.last
+            self._give(
+                RelationPhrase(("at",), (place,), cue, chunk.last, negated=negated),
+                clause.figures,
+                clause.span,
+                0.7,
+            )
+        clause.open = False
 
     def _on_plural(self, at: int) -> int:
         after = self.reader.past(at + 1, "det", "skip", "of", "same")
@@ -368,35 +453,14 @@ class _Walk:
     _on_subject = _on_robot
 
     def _on_word(self, at: int) -> int:
-        """Read an object that no list of names holds: "my backpack is under the bridge"."""
-        word = self.reader.value(at)
-        if word in ("one", "ones"):
-            return at + 1
+        """Pass over a word; a verb ends a list of objects: "the man told me my bag is"."""
+        word = str(self.reader.value(at))
         if word in ("former", "latter"):
             ids = self.figures.all()
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
-            return at + 1
-        if not self.figures.open_ended:
-            return at + 1
-        end = at
-        while self.reader.kind(end) == "word":
-            end += 1
-        onward = self.reader.past(end, "skip", "none")
-        led = self.reader.kind(at - 1) in ("det", "possessive")
-        goes_on = self.reader.kind(onward) == "be"
-        waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
-        cue_follows = not self.clause.named and self.reader.kind(onward) == "cue"
-        if self.clause.route or not (led and (goes_on or waits or cue_follows)):
-            return end
-        if self.clause.named and not goes_on:
-            return end
-        span = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
-        words = [w.low for w in self.reader.words[slice(*span)]]
-        lead = str(self.reader.value(at - 1)) if self.reader.kind(at - 1) == "possessive" else ""
-        target = inferred_target(words, lead)
-        self.figures.infer(target)
-        self._subject((target.id,), span, joins=self.clause.open)
-        return end
+        elif word in lexicon().words_of("ordinary_verbs"):
+            self.clause.open = False
+        return at + 1
 
     def _subject(self, ids: tuple[str, ...], span: tuple[int, int], joins: bool) -> None:
         """Make objects the subject, and give them what was said before they were named."""
@@ -422,6 +486,10 @@ class _Walk:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
+        if not phrase.grounds and clause.subject and self._spoken_of(phrase) is not None:
+            about = self._spoken_of(phrase)
+            self.record.converse(replace(phrase, grounds=(about,)), clause.subject)
+            return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
             if back is None:
@@ -438,8 +506,9 @@ class _Walk:
             turned = converses(phrase.relations)
             phrase = replace(phrase, relations=turned, grounds=(clause.topic,))
         if clause.subject:
-            if about.kind == "figure":
-                self.record.converse(phrase, clause.subject)
+            spoken_of = self._spoken_of(phrase)
+            if spoken_of is not None:
+                self.record.converse(replace(phrase, grounds=(spoken_of,)), clause.subject)
             else:
                 self.record.set_aside(phrase, "other")
             return

@@ -10,7 +10,9 @@ from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
-from sloop_ppl.language.values import Status
+from sloop_ppl.language.values import HEARER, SPEAKER, Status
+
+_HEARERS = frozenset(("you", "your", "yourself", "you're"))
 
 __all__ = ["Attached", "AttachmentRecord", "Attachments", "converses"]
 
@@ -180,6 +182,11 @@ class AttachmentRecord:
 
     def _target_ground(self, ground: Ground, ids: tuple[str, ...]) -> Ground:
         """Return a ground that is another target with its id, one of none as unknown."""
+        if ground.kind == "robot":
+            words = {w.low for w in self.reader.words[ground.first : ground.last]}
+            if words & {"me", "us", "my", "our"} and SPEAKER not in ids:
+                return replace(ground, kind="figure", ids=(SPEAKER,))
+            return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
         if ground.kind != "figure":
             return ground
         found = tuple(i for i in self.figures.known(ground.ids) if i not in ids)

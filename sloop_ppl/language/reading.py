@@ -21,6 +21,7 @@ from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
+    HEARER,
     SPEAKER,
     Description,
     RelationSpans,
@@ -33,6 +34,14 @@ from sloop_ppl.language.words import Word, split_words
 from sloop_ppl.maps import CityMap
 
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
+
+
+_SLANG = {
+    "r": "are", "u": "you", "ur": "your", "im": "i'm", "ive": "i've", "theres": "there's",
+    "hes": "he's", "shes": "she's", "wheres": "where's", "thats": "that's", "dont": "don't",
+    "isnt": "isn't", "wasnt": "wasn't", "cant": "can't", "didnt": "didn't", "youre": "you're",
+    "theyre": "they're", "weve": "we've", "havent": "haven't", "gonna": "going", "da": "the",
+}  # fmt: skip
 
 
 @dataclass
@@ -72,6 +81,7 @@ class TextReading:
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
     description: Description | None = None
+    hearer: tuple[float, float] | None = None
 
 
 def find_landmarks(state: TextReading) -> None:
@@ -89,7 +99,7 @@ def find_figures(state: TextReading) -> None:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
     state.norms = [
-        w.low if t or w.kind != "word" else mend(w.low, vocabulary)
+        w.low if t or w.kind != "word" else _SLANG.get(w.low) or mend(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = place_phrases(state.norms, taken)
@@ -173,6 +183,7 @@ def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int)
 def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
     relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
+    aside: dict[tuple[int, int], Unresolved] = {}
     groups = 1 + max((a.either[0] for a in state.reading.attached if a.either), default=-1)
     for one in state.reading.attached:
         if one.status is not None:
@@ -182,6 +193,9 @@ def to_description(state: TextReading) -> Description:
         else:
             found = _relations(state, one)
         for relation in found:
+            if HEARER in relation.grounds and state.hearer is None:
+                _add_aside(state, one.phrase, "other", aside)
+                continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
             relations.setdefault(key, relation)
     return Description(
@@ -189,7 +203,7 @@ def to_description(state: TextReading) -> Description:
         map=state.city.name,
         targets=state.targets,
         relations=tuple(relations.values()),
-        unresolved=_unresolved(state),
+        unresolved=_unresolved(state, aside),
     )
 
 
@@ -234,8 +248,9 @@ def _choice(relations: list[SpatialRelation], group: int) -> list[SpatialRelatio
     return [replace(r, either=(group, branches[r.grounds])) for r in relations]
 
 
-def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
-    found: dict[tuple[int, int], Unresolved] = {}
+def _unresolved(
+    state: TextReading, found: dict[tuple[int, int], Unresolved]
+) -> tuple[Unresolved, ...]:
     for ground in state.reading.loose:
         if ground.last <= ground.first:
             continue
