@@ -13,7 +13,7 @@ from sloop_ppl.language.words import Word
 
 __all__ = ["Assertion", "assertions", "correction_at"]
 
-Assertion: TypeAlias = Literal["asserted", "denied", "asked", "past"]
+Assertion: TypeAlias = Literal["asserted", "denied", "asked", "past", "other"]
 
 _GREETINGS = frozenset(
     ("and", "but", "so", "hey", "hi", "hello", "sir", "madam", "please", "excuse", "me", "ok", "okay",
@@ -115,8 +115,10 @@ def assertions(
         mark = words[last].text if last < len(words) else ""
         start, end = _asked(words, lows, first, last, mark)
         found[start:end] = ["asked"] * (end - start)
+        for start, end in _searched(words, lows, first, last):
+            found[start:end] = ["other" if f == "asserted" else f for f in found[start:end]]
         for start, end in _denied(words, lows, first, last):
-            found[start:end] = ["denied" if f == "asserted" else f for f in found[start:end]]
+            found[start:end] = ["denied" if f in ("asserted", "other") else f for f in found[start:end]]
     for start, end in _past(words, lows, spans):
         found[start:end] = ["past" if f in ("asserted", "denied") else f for f in found[start:end]]
     return found
@@ -230,6 +232,19 @@ def _denied(
     return found
 
 
+def _searched(
+    words: Sequence[Word], lows: Sequence[str], first: int, last: int
+) -> list[tuple[int, int]]:
+    """Return which parts say where someone has looked: "we've only looked on Grant Street"."""
+    found = []
+    for k in range(first + 1, last):
+        lead = lows[max(first, k - 3) : k]
+        ours = any(w in ("i", "we", "we've", "i've", "they", "they've", "police") for w in lead)
+        if ours and lows[k] in ("looked", "searched", "checked", "scoured", "combed"):
+            found.append((k, _clause_end(words, lows, k, last)))
+    return found
+
+
 _EXISTING = frozenset(
     ("there's", "there", "is", "are", "see", "saw", "with", "theres", "found", "got", "was", "were")
 )
@@ -248,6 +263,7 @@ def _past(
         begin = first
         for k in range(first, last):
             cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] in ("but", "then")
+            cut = cut or (lows[k] == "and" and lows[k + 1 : k + 2] and lows[k + 1] in _SUBJECTS)
             cut = cut or _is(lows, k, ("and", "now")) or (lows[k] in ("now", "today") and k > begin)
             if cut and k > begin:
                 segments.append((begin, k, number))

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.lexicon import Lexicon, lexicon
 from sloop_ppl.language.values import SPEAKER, TargetObject
 from sloop_ppl.language.words import Word
 
-__all__ = ["Objects", "find_objects", "find_speaker"]
+__all__ = ["Objects", "find_objects", "find_speaker", "own_cars"]
 
 _LONGEST_PHRASE = 5
 _LOOK_AHEAD = 8  # words between "we" and what says where: "we are all still sitting right"
@@ -133,7 +133,7 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
             be = be or norm in ("stay", "wait", "live", "stand", "sit", "broke", "crashed", "parked",
                                 "waiting", "work", "stood", "sat", "waited", "landed", "hide")  # fmt: skip
             continue
-        if norm in ("'s", ","):
+        if norm in ("'s", ",") or (norm in ("you", "for", "here") and k > at):
             continue
         return False
     return False
@@ -143,6 +143,26 @@ def _cue_at(norms: Sequence[str], at: int, known: Lexicon) -> bool:
     reach = known.longest_cues.get(norms[at], 0)
     found = any(tuple(norms[at : at + n]) in known.cues for n in range(1, reach + 1))
     return found or norms[at] in known.directions
+
+
+def own_cars(norms: Sequence[str], mentions: Sequence[FigureMention]) -> list[FigureMention]:
+    """Return mentions with "the red car" as a car of its own where no default object is meant.
+
+    RedHonda is meant where a make is said or another default object is spoken of; a red car alone
+    is any. "The green car" stays GreenToyota, as the project's own sets have it.
+    """
+    spoken = {c for m in mentions for c in m.candidates if c in _DEFAULT_IDS}
+    makes = {"toyota", "honda"}
+    if spoken != {"RedHonda"} or any(_bare(n) in makes for n in norms):
+        return list(mentions)
+    changed = []
+    for mention in mentions:
+        if mention.back or not set(mention.candidates) & spoken:
+            changed.append(mention)
+            continue
+        target = inferred_target([_bare(n) for n in norms[mention.first : mention.last]])
+        changed.append(replace(mention, candidates=(target.id,)))
+    return changed
 
 
 def find_objects(
@@ -250,6 +270,7 @@ class _ObjectFinder:
             | known.words_of("times")
             | known.words_of("abstract")
             | known.words_of("speaker")
+            | known.words_of("locating_verbs")
         )
         self._place_words = {w for phrase in known.place_phrases for w in phrase}
 

@@ -20,6 +20,7 @@ __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 
 
@@ -274,9 +275,15 @@ class _Walk:
         """Read "White van: West 4th" and "come to Rumor": the place right after the object."""
         clause = self.clause
         before = at - 1
-        while self.reader.kind(before) in ("det", "skip"):
+        parted = False
+        while before > at - 6:
+            affirms = self.reader.value(before) in ("yes", "yeah", "yep", "definitely", "confirmed")
+            if self.reader.kind(before) == "comma":
+                parted = True
+            elif self.reader.kind(before) not in ("det", "skip") and not affirms:
+                break
             before -= 1
-        parted = self.reader.kind(before) == "comma" and self.reader.kind(before - 1) == "figure"
+        parted = parted and self.reader.kind(before) == "figure"
         reached = self.reader.kind(before) == "to" and self.reader.kind(before - 1) == "figure"
         if not (clause.named and clause.open and (parted or reached)) or clause.route:
             return False
@@ -438,7 +445,11 @@ class _Walk:
             ids = (target.id,)
         if not ids:
             self.record.lose(Ground("unknown", chunk.first, chunk.last))
-        self._subject(ids, (chunk.first, chunk.last), joins=self.clause.open)
+        parted = self.reader.kind(before) in ("and", "comma", "or", "too")
+        joins = self.clause.open and (parted or self.reader.kind(before) == "figure")
+        if SPEAKER in (*ids, *self.clause.figures):  # "my guy, I'm at": not one of a list
+            joins = joins and self.reader.kind(before) == "and"
+        self._subject(ids, (chunk.first, chunk.last), joins=joins)
         self.clause.negated = denied in ("neither", "nor")
         return at + 1
 
@@ -446,7 +457,10 @@ class _Walk:
         """Pass over what the hearer does: "if you are facing the bank"."""
         onward = self.reader.past(at + 1, "be", "skip")
         cued = self.reader.kind(onward) == "cue" and self.reader.value(at) in _HEARERS
-        when = self.reader.value(at - 1) in _WHENS
+        ahead = {self.reader.value(k) for k in range(at + 1, at + 5)}
+        when = self.reader.value(at - 1) in _WHENS and not ahead & _RECALLS
+        waits = self.reader.value(at - 1) in ("wait", "meet", "expect", "for", "see")
+        cued = cued and not (waits and self.clause.named)
         self.clause.route = self.clause.route or cued or when
         return at
 

@@ -159,7 +159,7 @@ class AttachmentRecord:
         assertion = self.assertions[phrase.cue[0]] if phrase.cue[0] < len(self.assertions) else "asserted"
         if assertion == "denied":
             phrase = replace(phrase, negated=True)
-        status = assertion if assertion in ("asked", "past") else None
+        status = assertion if assertion in ("asked", "past", "other") else None
         at_large = phrase.negated and not phrase.joint
         any_of = tuple(g for g in phrase.grounds if at_large and len(g.every) > 1)
         grounds = tuple(self._target_ground(g, ids) for g in phrase.grounds)

@@ -103,6 +103,9 @@ class FigureFinder:
             last = i
             while last < len(norms) and not taken[last] and self._belongs(norms[last], last - i):
                 last += 1
+                titled = norms[last - 1] in lexicon().words_of("titles")
+                if titled and norms[last : last + 1] == ["."]:  # "Mr. Paws"
+                    last += 1
             mention = self._mention(norms, i, last)
             if mention is None:
                 i += 1
@@ -128,6 +131,8 @@ class FigureFinder:
     def _mention(self, norms: Sequence[str], first: int, last: int) -> FigureMention | None:
         kinds = lexicon().object_kinds
         words = [_bare(n) for n in norms[first:last]]
+        if "." in words:
+            return self._titled(words, first)
         other = words[0] in ("other", "second")
         heads = [
             i
@@ -157,6 +162,12 @@ class FigureFinder:
         return FigureMention(
             first, last, (inferred_target(words, lead).id,), plural=plural, other=other
         )
+
+    def _titled(self, words: list[str], first: int) -> FigureMention | None:
+        """Return the mention that "Mr. Paws" makes."""
+        named = [w for w in words if w != "."]
+        found = tuple(i for i, names in self._names.items() if any(_within(n, named) for n in names))
+        return FigureMention(first, first + len(words), found) if found else None
 
     def _coloured(self, colour: str | None) -> tuple[str, ...]:
         return tuple(t.id for t in self.known if colour is None or self._colours[t.id] == colour)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from sloop_ppl.language._assertion import assertions
-from sloop_ppl.language._objects import find_objects, find_speaker
+from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
 from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
@@ -99,7 +99,7 @@ def find_figures(state: TextReading) -> None:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
     state.norms = [
-        w.low if t or w.kind != "word" else _SLANG.get(w.low) or mend(w.low, vocabulary)
+        w.low if t or w.kind != "word" else _SLANG.get(w.text) or mend(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = place_phrases(state.norms, taken)
@@ -108,6 +108,7 @@ def find_figures(state: TextReading) -> None:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
     figures = state.finder.find(state.norms, taken)
     if state.finder.declared is None:
+        figures = own_cars(state.norms, figures)
         objects = find_objects(state.words, state.norms, taken, figures)
         figures, state.inferred = list(objects.mentions), objects.inferred
     speaker = find_speaker(state.words, state.norms, taken)
@@ -184,6 +185,7 @@ def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
     relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
     aside: dict[tuple[int, int], Unresolved] = {}
+    located = {f for a in state.reading.attached if a.status is None for f in a.figures}
     groups = 1 + max((a.either[0] for a in state.reading.attached if a.either), default=-1)
     for one in state.reading.attached:
         if one.status is not None:
@@ -193,7 +195,8 @@ def to_description(state: TextReading) -> Description:
         else:
             found = _relations(state, one)
         for relation in found:
-            if HEARER in relation.grounds and state.hearer is None:
+            lost = SPEAKER in relation.grounds and SPEAKER not in located
+            if lost or (HEARER in relation.grounds and state.hearer is None):
                 _add_aside(state, one.phrase, "other", aside)
                 continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
