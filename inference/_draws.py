@@ -223,6 +223,9 @@ def _lattice(n: int, dimensions: int) -> Table:
     Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": multiples
     of the inverse powers of the root of x^(D+1) = x + 1, modulo one.
     """
+    # By hand, not scipy.stats.qmc: it has no such lattice and takes 0.6 s of CPU to import. Its
+    # Sobol points miss the mean of the bundled beliefs by as much (0.2 m at 1000 draws), are even
+    # only where n is a power of 2, and would change what the same posterior draws.
     root = 2.0
     for _ in range(64):
         root = (1 + root) ** (1 / (dimensions + 1))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.special import softmax
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
@@ -241,11 +242,9 @@ class JointPosterior:
         log_p = self.log_weights(*latents, *known)
         position: tuple[Any, ...] = tuple(self._position(n, v) for n, v in known.items())
         log_p = log_p[(..., *position)]
-        top = log_p.max()
-        if not np.isfinite(top):
+        if not np.isfinite(log_p.max()):
             raise InputError(f"What is given is impossible: {known}")
-        weights = np.exp(log_p - top)
-        normalised: NDArray[np.float64] = weights / weights.sum()
+        normalised: NDArray[np.float64] = softmax(log_p)
         return normalised
 
     def table(self, *latents: str, given: Mapping[str, Any] | None = None) -> xarray.DataArray:
