@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["draws_from", "import_arviz", "to_arviz", "uniforms_for"]
 
 Table = NDArray[np.float64]
-_BINS = 72
-_AT_ONCE = 10_000
+_BINS = 72  # 5 degrees, within which a front is drawn evenly
+_AT_ONCE = 10_000  # draws, times the bins: a table of 6 MB
 
 
 def uniforms_for(

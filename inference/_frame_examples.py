@@ -30,7 +30,7 @@ __all__ = [
     "maps_of_folder",
 ]
 
-_SHIFT_M = 3.0
+_SHIFT_M = 3.0  # how far a picture's middle is drawn off: a footprint's centroid is no surer
 _CTX_REACH = 0.45  # how far from a tile's middle a landmark is put, in sides of the tile
 _WITHIN_M = 60.0  # from the wall to the street of its address
 

@@ -31,8 +31,8 @@ __all__ = [
     "with_limits",
 ]
 
-_CHECKED = 1 / 8
-_TURNS_CHECKED = 4
+_CHECKED = 1 / 8  # share of the buildings held back, to stop by
+_TURNS_CHECKED = 4  # each is checked in so many turns, drawn once, so that passes compare
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["JointPosterior", "LogTable", "sum_product"]
 
 _MOST_NUMBERS = 1 << 28
+"""Of one intermediate table, 2 GiB in float64."""
 
 
 @dataclass(frozen=True, eq=False)

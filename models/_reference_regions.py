@@ -40,15 +40,16 @@ __all__ = [
 ]
 
 BESIDE_M = 5.0
-"""How far from a street's edge, or from a wall, one still is along it, metres."""
+"""How far from a street's edge, or from a wall, one still is along it, metres: a verge."""
 
 OPPOSITE_M = 15.0
-"""How deep the other side of a street is, metres."""
+"""How deep the other side of a street is, metres: a front garden and part of a house."""
 
 SIDE_SHARE = 0.4
-"""Share of the map's width or height that one of its sides takes."""
+"""Share of the map's width or height that one of its sides takes: over a third, so that sides and
+middle overlap where people differ."""
 
-_LEAST_WIDTH_M = 5.0
+_LEAST_WIDTH_M = 5.0  # a street drawn as a line without a width still is two lanes
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,6 +58,7 @@ counts from there, or Pyro's contraction would multiply 1e-600 by 1e600."""
 
 _ONE = torch.ones(())
 _MOST_DIMS = 24
+"""Sites that get a dim each: well below the 64 that torch has for them and for tables together."""
 
 
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
@@ -309,6 +310,8 @@ def log_expected(
 
 
 _SPEAKER_BINS = 360
+"""Fronts of a speaker: a sum over a vocabulary has no closed form, so each front takes the tables
+of all words, four times as many for 1440. A kink is off by 1e-4 in log E[g], a smooth g by nothing."""
 
 
 def component_tables(
@@ -483,6 +486,8 @@ def log_held(
 
 
 _PEAK_ANGLES = 72
+"""Fronts that the greatest g is looked for at: 5 degrees apart, the peak of a von Mises shape is
+met to within kappa (1 - cos 2.5 degrees), .003 nats for kappa 3."""
 
 
 def with_lapse(log_p: Tensor, model: ObservationModel, log_uninformative: float) -> Tensor:
@@ -699,3 +704,4 @@ def check_size(data: ProgramData, bins: int) -> None:
 
 
 _MOST_NUMBERS = 200_000_000
+"""Of one table: 1.6 GB in float64, and enumeration holds a few of them."""
