@@ -111,12 +111,8 @@ def near_slopes(
 
     Parameters
     ----------
-    city
-        The map.
     n
         Number of descriptions, > 0.
-    rng
-        Draws them.
     model
         What they are drawn from.
     fault

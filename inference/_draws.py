@@ -37,10 +37,6 @@ def uniforms_for(
 
     Parameters
     ----------
-    factors
-        The descriptions.
-    target
-        Id of the target.
     n
         How many draws, > 0.
     rng
@@ -71,12 +67,6 @@ def draws_from(
     ----------
     joint
         What is drawn from.
-    factors
-        The descriptions.
-    grid
-        The map's cells.
-    target
-        Id of the target.
     uniforms
         Numbers in [0, 1), shape (n, D), from `uniforms_for`.
 

@@ -113,8 +113,6 @@ def address_labels(city: CityMap, buildings: Iterable[str] | None = None) -> lis
 
     Parameters
     ----------
-    city
-        The map.
     buildings
         Ids of those to look at; all buildings when None.
 
@@ -217,8 +215,6 @@ def frame_examples(
 
     Parameters
     ----------
-    city
-        The map.
     labels
         Buildings and their fronts.
     view

@@ -137,8 +137,6 @@ def find_framed(
 
     Parameters
     ----------
-    framed
-        What there is, from `framed_relations`.
     target, model
         Id of the target and name of the model, for messages.
     ground
@@ -211,7 +209,6 @@ class FramePosterior:
         uses = np.array([part.uses_frames for part in model.components])
         self.used = weights[..., uses, :].sum(-2).reshape(-1)  # (X,)
         self.unused = weights[..., ~uses, :].sum(-2).reshape(-1)
-        self.by_component = np.moveaxis(weights, -2, 0).reshape(len(uses), -1)  # (K, X)
         self.shape = (*weights.shape[:-2], weights.shape[-1])
         self.shared = None
         if self.tables.phrase.shared_axis is not None:

@@ -5,6 +5,7 @@ Shape legend: S cells; K components.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
@@ -118,10 +119,7 @@ def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
 
 def _bucket_size(tables: Sequence[LogTable], name: str, sizes: Mapping[str, int]) -> int:
     met = {latent for table in tables if name in table.latents for latent in table.latents}
-    size = 1
-    for latent in met:
-        size *= sizes[latent]
-    return size
+    return math.prod(sizes[latent] for latent in met)
 
 
 class LocalLatents(Protocol):

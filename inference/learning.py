@@ -185,8 +185,6 @@ def maximise(
 
     Parameters
     ----------
-    free
-        What is learnt.
     score, checks
         What it is learnt from, and what tells when to stop.
     iterations

@@ -43,8 +43,6 @@ def log_blur(log_p: Tensor, grid: Grid, sigma_m: float) -> Tensor:
     ----------
     log_p
         Log weights of the described cell, shape (..., S).
-    grid
-        The cells.
     sigma_m
         Standard deviation of the error in each direction, metres, > 0.
 

@@ -601,15 +601,10 @@ def _shared_frames(
     shared = []
     for ground in several:
         about = [relation for relation in framed if relation.ground == ground]
-        prior = model.frame_prior_for(min(about, key=_by_class))
+        prior = model.frame_prior_for(min(about, key=lambda r: (r.record.absolute, r.relation)))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
-
-
-def _by_class(relation: GroundedRelation) -> tuple[bool, str]:
-    """Order frame phrases: front and behind, which mean the ground's own front, come first."""
-    return relation.record.absolute, relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: ObservationModel) -> None:

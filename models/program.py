@@ -183,14 +183,8 @@ def draw_frame_angle(
     name
         Name of the site, ``T/frame_j``; in bins the angle itself is the deterministic site
         ``T/angle_j``.
-    phrase
-        The phrase.
     latents
         Values of the latents that its tables have axes for.
-    frames
-        From bins or from the density.
-    bins
-        Number of bins.
 
     Raises
     ------
@@ -311,7 +305,8 @@ def log_expected(
 
 _SPEAKER_BINS = 360
 """Fronts of a speaker: a sum over a vocabulary has no closed form, so each front takes the tables
-of all words, four times as many for 1440. A kink is off by 1e-4 in log E[g], a smooth g by nothing."""
+of all words, four times as many for 1440. A kink is
+off by 1e-4 in log E[g], a smooth g by nothing."""
 
 
 def component_tables(
@@ -321,12 +316,6 @@ def component_tables(
 
     Parameters
     ----------
-    data
-        The program's data.
-    likelihood
-        How true a relation is of each cell.
-    i
-        Position of the target.
     log_phi
         Each phrase with its own latents summed out, shape (V..., S).
 
@@ -388,8 +377,6 @@ def word_weights(
 
     Parameters
     ----------
-    likelihood
-        How true a relation is of each cell.
     options
         What could have been said; see `sloop_ppl.models.grounded_relation.word_options`.
     frame_angles_rad
@@ -666,8 +653,6 @@ def check_density(data: ProgramData, what: str, *, points: bool = True) -> None:
 
     Parameters
     ----------
-    data
-        What a program is run on.
     what
         What needs the density, for the message.
     points

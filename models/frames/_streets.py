@@ -76,8 +76,6 @@ def facing_choices(city: CityMap, landmark_id: str) -> Choices:
 
     Parameters
     ----------
-    city
-        The map.
     landmark_id
         Id of what faces one of them.
 

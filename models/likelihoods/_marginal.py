@@ -166,8 +166,6 @@ def _nodes(frame: FrameDistribution, count: int, shift: float) -> tuple[Tensor, 
 
     Parameters
     ----------
-    frame
-        Which way the ground faces.
     count
         Directions round the circle, and within each narrow part, > 0.
     shift

@@ -21,8 +21,6 @@ def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
 
     Parameters
     ----------
-    term
-        The relation.
     least_m
         Least width, metres; a float or a tensor.
     """

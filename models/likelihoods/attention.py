@@ -131,8 +131,6 @@ def attended_bearing_rad(term: GroundedRelation, attention: Any) -> tuple[Tensor
 
     Parameters
     ----------
-    term
-        The relation.
     attention
         Width of the beam as a share of the distance to the ground, > 0.
 
