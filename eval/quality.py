@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError
-from sloop_ppl.eval.belief_scores import BeliefScore, ScoredTarget, score_belief
-from sloop_ppl.eval.bootstrap import clustered_interval
-from sloop_ppl.eval.breakdown import breakdown
+from sloop_ppl.eval._belief_scores import BeliefScore, ScoredTarget, score_belief
+from sloop_ppl.eval._bootstrap import clustered_interval
+from sloop_ppl.eval._breakdown import breakdown
+from sloop_ppl.eval._facts import plain_word
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.eval.facts import plain_word
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description, parse
 from sloop_ppl.maps import CityMap, load_map
@@ -27,6 +27,7 @@ __all__ = [
     "ModelQuality",
     "PairedDifference",
     "beliefs_of",
+    "model_for",
     "read_annotated",
     "score_beliefs",
 ]
@@ -47,7 +48,7 @@ class ModelQuality:
     ci95
         Interval of that mean, from a bootstrap over configurations.
     median_rank, expected_distance_m, mass_15m, hpd90_coverage
-        See :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
+        See :class:`sloop_ppl.eval._belief_scores.BeliefScore`; the mean of each, the rank's median.
     mean_log_score_mixed, ci95_mixed
         The same with 1 % of the uniform belief mixed in.
     scores
@@ -193,7 +194,7 @@ def score_beliefs(
             for (target, place), belief in zip(
                 annotated.targets.items(),
                 beliefs_of(
-                    annotated, utterance, city, _for_map(model, annotated.map), progress
+                    annotated, utterance, city, model_for(model, annotated.map), progress
                 ).values(),
                 strict=True,
             )
@@ -209,9 +210,10 @@ def score_beliefs(
     )
 
 
-def _for_map(
+def model_for(
     model: ObservationModel | Mapping[str, ObservationModel], name: str
 ) -> ObservationModel:
+    """Return the model for the map of a name."""
     return model if isinstance(model, ObservationModel) else model[name]
 
 

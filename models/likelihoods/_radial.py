@@ -12,7 +12,8 @@ from sloop_ppl.models.grounded_relation import GroundedRelation
 __all__ = ["SAID_SHARE", "log_student", "stated_width_m"]
 
 SAID_SHARE = 0.25
-"""Width of the ring that a said distance means, as a share of that distance."""
+"""Width of the ring that a said distance means, as a share of that distance: by hand. People round
+distances, so the error grows with them (Weber's law)."""
 
 
 def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
@@ -20,8 +21,6 @@ def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
 
     Parameters
     ----------
-    term
-        The relation.
     least_m
         Least width, metres; a float or a tensor.
     """
