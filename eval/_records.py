@@ -70,6 +70,20 @@ class Record:
             raise self.fault(name, f"is {value!r}; expected two numbers")
         return self._finite(name, value[0]), self._finite(name, value[1])
 
+    def optional_numbers(self, name: str, count: int) -> tuple[float, ...] | None:
+        """Return so many finite numbers, None where the field is absent or null."""
+        value = self._data.get(name)
+        if value is None:
+            return None
+        if not isinstance(value, list) or len(value) != count:
+            raise self.fault(name, f"is {value!r}; expected {count} numbers")
+        return tuple(self._finite(name, number) for number in value)
+
+    def optional_record(self, name: str) -> Record | None:
+        """Return an object, None where the field is absent or null."""
+        value = self._data.get(name)
+        return None if value is None else self._child(name, value)
+
     def flag(self, name: str) -> bool:
         """Return a truth value, False where the field is absent."""
         value = self._data.get(name, False)

@@ -15,6 +15,7 @@ from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.eval._records import Fault, Record
 from sloop_ppl.language import (
+    HEARER,
     RELATIONS,
     WHOLE_MAP,
     Description,
@@ -106,6 +107,10 @@ class AnnotatedDescription:
     viewpoint
         Where the speaker looked from; the relations are those meant from there. See
         :class:`sloop_ppl.language.Description`.
+    hearer
+        Where who listens was, (x_m, y_m), which may be outside the map; None when unknown.
+    area_m
+        West, south, east and north border of the area that is searched, metres; None for the map.
     """
 
     id: str
@@ -117,6 +122,8 @@ class AnnotatedDescription:
     speaker: str | None = None
     frames: tuple[FrameAnnotation, ...] = ()
     viewpoint: Viewpoint = "map"
+    hearer: tuple[float, float] | None = None
+    area_m: tuple[float, float, float, float] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -134,7 +141,12 @@ class AnnotatedDescription:
     def description(self, city: CityMap) -> Description:
         """Return what is said on a map according to the gold relations."""
         return Description(
-            self.text, city.name, self.objects, self.relations, viewpoint=self.viewpoint
+            self.text,
+            city.name,
+            self.objects,
+            self.relations,
+            viewpoint=self.viewpoint,
+            hearer=self.hearer,
         )
 
     def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
@@ -275,7 +287,36 @@ def _annotated(record: Record, find: FindMap) -> AnnotatedDescription:
         speaker=record.optional_text("speaker"),
         frames=tuple(_frame(e, city) for e in record.entries("frames", required=False)),
         viewpoint=viewpoint,
+        hearer=_hearer(record),
+        area_m=_area(record, city.grid),
     )
+
+
+def _hearer(record: Record) -> tuple[float, float] | None:
+    """Return where who listens was, which is checked to be two finite numbers, nothing else."""
+    place = record.optional_record("hearer")
+    return None if place is None else (place.number("east_m"), place.number("north_m"))
+
+
+def _area(record: Record, grid: Grid) -> tuple[float, float, float, float] | None:
+    """Return the borders of the area that is searched, some of which is on the map."""
+    borders = record.optional_numbers("area_m", 4)
+    if borders is None:
+        return None
+    west, south, east, north = borders
+    if not (west < east and south < north):
+        raise record.fault(
+            "area_m", f"is {list(borders)}; expected west < east and south < north, metres"
+        )
+    inside = (
+        west <= grid.east_m,
+        grid.west_m <= east,
+        south <= grid.north_m,
+        grid.south_m <= north,
+    )
+    if not all(inside):
+        raise record.fault("area_m", f"is {list(borders)}, none of which is on the map")
+    return west, south, east, north
 
 
 def _place(record: Record, grid: Grid) -> Place:
@@ -337,7 +378,7 @@ def _relations(
 
 def _ground(entry: Record, city: CityMap) -> str:
     ground = entry.text("ground")
-    if ground == WHOLE_MAP:
+    if ground in (WHOLE_MAP, HEARER):
         return ground
     try:
         return city.landmark(ground).id

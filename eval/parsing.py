@@ -139,7 +139,14 @@ def score_parser(
             or maps.get(annotated.map)
             or maps.setdefault(annotated.map, find_map(annotated.map))
         )
-        read = parse(text, city, annotated.objects or None, parser, annotated.viewpoint)
+        read = parse(
+            text,
+            city,
+            annotated.objects or None,
+            parser,
+            annotated.viewpoint,
+            hearer=annotated.hearer,
+        )
         gold = _entries(annotated.relations, "" if one_map is None else f"{annotated.map}/")
         pairs.append((annotated.id, gold, read))
     return _score(pairs)
