@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from sloop_ppl.eval._gold import GoldEntry
 from sloop_ppl.language import NOT_ON_MAP, Description
 
-__all__ = ["Match", "ReadEntry", "Wanted", "is_right", "match", "read_entries"]
+__all__ = ["Match", "ReadEntry", "Wanted", "is_right", "kinds_agree", "match", "read_entries"]
 
 Key = TypeVar("Key")
 
@@ -199,6 +199,11 @@ def match(
         tuple(one for j, one in enumerate(found) if j not in holder and j not in excused),
         tuple(one for j, one in enumerate(found) if j in optional | excused),
     )
+
+
+def kinds_agree(one: str | None, other: str | None) -> bool:
+    """Say whether two phrases are of one kind of place: alike in the head noun."""
+    return one is not None and other is not None and _head(one) == _head(other) is not None
 
 
 def _merged_gold(gold: Sequence[GoldEntry], key: Callable[[GoldEntry], Key]) -> list[Wanted[Key]]:

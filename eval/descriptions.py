@@ -115,6 +115,10 @@ class AnnotatedDescription:
     viewpoint
         Where the speaker looked from; the relations are those meant from there. See
         :class:`sloop_ppl.language.Description`.
+    hearer
+        Where who listens was, (x_m, y_m), which may be outside the map; None when unknown.
+    area_m
+        West, south, east and north border of the area that is searched, metres; None for the map.
     has_gold
         False when no one has annotated it: then nothing is known of what it says, and what is read
         in it can be scored by places alone.
@@ -126,10 +130,6 @@ class AnnotatedDescription:
     declared
         Objects that the line describes; those of `targets` without a description are described by
         their ids.
-    area_m
-        West, south, east and north end of where the targets can be, metres; None for the map.
-    hearer
-        Where who listened was, (x_m, y_m), perhaps outside the map, or None.
     """
 
     id: str
@@ -141,12 +141,12 @@ class AnnotatedDescription:
     speaker: str | None = None
     frames: tuple[FrameAnnotation, ...] = ()
     viewpoint: Viewpoint = "map"
+    hearer: tuple[float, float] | None = None
+    area_m: tuple[float, float, float, float] | None = None
     has_gold: bool = True
     entries: tuple[GoldEntry, ...] = ()
     phenomena: tuple[str, ...] = ()
     declared: tuple[TargetObject, ...] = ()
-    area_m: tuple[float, float, float, float] | None = None
-    hearer: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -355,7 +355,7 @@ def _annotated(data: Mapping[str, Any], find: FindMap) -> AnnotatedDescription:
         entries=_entries_as_meant(gold, viewpoint),
         phenomena=tuple(line.phenomena),
         declared=declared,
-        area_m=_area(line.area_m),
+        area_m=_area(line, city.grid),
         hearer=None if line.hearer is None else (line.hearer.east_m, line.hearer.north_m),
     )
 
@@ -390,12 +390,23 @@ def _declared(objects: Iterable[ObjectLine]) -> tuple[TargetObject, ...]:
     return tuple(found.values())
 
 
-def _area(
-    area_m: tuple[float, float, float, float] | None,
-) -> tuple[float, float, float, float] | None:
-    if area_m is not None and not (area_m[0] < area_m[2] and area_m[1] < area_m[3]):
-        raise Fault("area_m", f"is {list(area_m)}; expected west below east and south below north")
-    return area_m
+def _area(line: Line, grid: Grid) -> tuple[float, float, float, float] | None:
+    """Return the borders of the area that is searched, some of which is on the map."""
+    borders = line.area_m
+    if borders is None:
+        return None
+    west, south, east, north = borders
+    if not (west < east and south < north):
+        raise Fault("area_m", f"is {list(borders)}; expected west < east and south < north, metres")
+    inside = (
+        west <= grid.east_m,
+        grid.west_m <= east,
+        south <= grid.north_m,
+        grid.south_m <= north,
+    )
+    if not all(inside):
+        raise Fault("area_m", f"is {list(borders)}, none of which is on the map")
+    return west, south, east, north
 
 
 def _place(line: PlaceLine, path: str, grid: Grid) -> Place:

@@ -92,7 +92,14 @@ def score_parser(
             or maps.get(annotated.map)
             or maps.setdefault(annotated.map, find_map(annotated.map))
         )
-        read = parse(text, city, annotated.objects or None, parser, annotated.viewpoint)
+        read = parse(
+            text,
+            city,
+            annotated.objects or None,
+            parser,
+            annotated.viewpoint,
+            hearer=annotated.hearer,
+        )
         gold = annotated.gold if one_map is None else _in_inventory(annotated)
         lines.append(ReadLine(annotated, gold, read))
     found = count_lines(lines)

@@ -247,7 +247,14 @@ def read_annotated(
 ) -> tuple[CityMap, Description]:
     """Return the map and what a model is told: the gold relations, or what the rules read."""
     if relations == "parsed":
-        return city, parse(annotated.text, city, annotated.objects, viewpoint=annotated.viewpoint)
+        read = parse(
+            annotated.text,
+            city,
+            annotated.objects,
+            viewpoint=annotated.viewpoint,
+            hearer=annotated.hearer,
+        )
+        return city, read
     return city, annotated.description(city)
 
 

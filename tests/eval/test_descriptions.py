@@ -310,3 +310,58 @@ def test_the_published_descriptions_are_read_whole():
 
 def test_the_examples_are_read():
     assert len(bundled_examples()) >= 28
+
+
+def test_a_line_may_say_where_who_listens_was_and_which_area_is_searched(read):
+    (annotated,) = read(
+        line(
+            hearer={"east_m": -300, "north_m": 12.5},
+            area_m=[-50, -100, 60.5, 40],
+            relations=[entry("north", "Hearer")],
+        )
+    )
+    assert annotated.hearer == (-300.0, 12.5)  # outside the map
+    assert annotated.area_m == (-50.0, -100.0, 60.5, 40.0)
+    city = load_map("cleveland")
+    assert annotated.description(city).hearer == (-300.0, 12.5)
+    (relation,) = annotated.relations
+    assert relation.ground == "Hearer"
+    (plain,) = read(line(relations=[entry("north", "Hearer")]))  # gold may hold it
+    assert plain.hearer is None
+    assert plain.area_m is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"hearer": [1, 2]}, "field 'hearer' is a list; expected an object"),
+        ({"hearer": {"east_m": 1}}, "field 'hearer.north_m' is missing; expected a finite number"),
+        (
+            {"hearer": {"east_m": 1, "north_m": float("inf")}},
+            "field 'hearer.north_m' is inf; expected a finite number",
+        ),
+        (
+            {"area_m": [0, 0, 1]},
+            "field 'area_m' is [0, 0, 1]; expected four numbers: west, south, east, north",
+        ),
+        (
+            {"area_m": [0, 0, "1", 2]},
+            "field 'area_m' is [0, 0, '1', 2]; expected four numbers: west, south, east, north",
+        ),
+        (
+            {"area_m": [10, 0, 5, 2]},
+            (
+                "field 'area_m' is [10.0, 0.0, 5.0, 2.0]; expected west < east and south < north, "
+                "metres"
+            ),
+        ),
+        (
+            {"area_m": [500, 0, 600, 50]},
+            "field 'area_m' is [500.0, 0.0, 600.0, 50.0], none of which is on the map",
+        ),
+    ],
+)
+def test_a_hearer_or_an_area_that_is_none_is_a_fault(read, changes, fault):
+    with pytest.raises(InputError) as caught:
+        read(line(**changes))
+    assert str(caught.value).endswith(fault)

@@ -185,7 +185,7 @@ def test_words_are_meant_from_the_viewpoint_in_all_of_the_gold(read):
         (
             entry("near"),
             {"area_m": [5, 0, -5, 9]},
-            "area_m' is [5.0, 0.0, -5.0, 9.0]; expected west below east and south below north",
+            "area_m' is [5.0, 0.0, -5.0, 9.0]; expected west < east and south < north, metres",
         ),
         (
             entry("near"),
