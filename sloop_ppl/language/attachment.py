@@ -20,6 +20,7 @@ __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_PARTS = frozenset((",", ".", ";", "or", "and", "but"))
 _RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 
@@ -42,9 +43,7 @@ class _Clause:
     open: bool = False  # the last thing read was a figure that may still be joined by another
 
 
-def attach(
-    reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]
-) -> Attachments:
+def attach(reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]) -> Attachments:
     """Return which relation phrases locate which objects; linear in the items.
 
     Parameters
@@ -76,6 +75,7 @@ class _Walk:
         self.clause = _Clause()
         self.lows = [w.low for w in reader.words]
         self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
         self.alternative = False  # "or" stands between the last relation and the next
 
     def step(self, at: int) -> int:
@@ -105,7 +105,10 @@ class _Walk:
             return at
         before = self.reader.words[first - 1] if first else None
         parted = before is None or before.kind == "mark" or end - first > 1
-        if not parted or self.lows[first] in ("wait", "hold") and self.lows[first + 1 : first + 2] in (["for"], ["by"]):
+        if not parted or (
+            self.lows[first] in ("wait", "hold")
+            and self.lows[first + 1 : first + 2] in (["for"], ["by"])
+        ):
             return at
         self.correcting = 2
         while at < len(self.reader.chunks) and self.reader.chunks[at].first < end:
@@ -114,7 +117,9 @@ class _Walk:
             at += 1
         return at
 
-    def _give(self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float) -> None:
+    def _give(
+        self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float
+    ) -> None:
         """Attach a phrase, as a correction or an alternative of the last where it is one."""
         before = len(self.record.attached)
         if self.correcting and before:
@@ -127,9 +132,19 @@ class _Walk:
                 self.record.alternate()
             self.alternative = False
 
+    def _wait(self, phrase: RelationPhrase) -> None:
+        """Keep a phrase until its object is named."""
+        if self.alternative and self.clause.pending:
+            self.others.add(phrase.cue)
+        self.alternative = False
+        self.clause.pending.append(phrase)
+
     def _hedged(self, phrase: RelationPhrase) -> bool:
-        """Whether "maybe", "could be" and the like stand right before a phrase."""
-        return any(w in _HEDGES for w in self.lows[max(0, phrase.cue[0] - 3) : phrase.cue[0] + 1])
+        """Whether "maybe", "could be" and the like stand before a phrase, in its part."""
+        first = phrase.cue[0]
+        while first > 0 and self.lows[first - 1] not in _PARTS and first > phrase.cue[0] - 8:
+            first -= 1
+        return any(w in _HEDGES for w in self.lows[first : phrase.cue[0] + 1])
 
     def end_sentence(self) -> None:
         """Settle what waits for a figure, and forget what holds within a sentence."""
@@ -153,7 +168,7 @@ class _Walk:
         return at + 1
 
     def _on_or(self, at: int) -> int:
-        self.alternative = bool(self.record.attached)
+        self.alternative = bool(self.record.attached or self.clause.pending)
         return at + 1
 
     def _on_sub(self, at: int) -> int:
@@ -368,7 +383,7 @@ class _Walk:
         if about.kind == "robot":
             mine = any(w in ("me", "us", "my", "our") for w in words)
             return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
-        if words and words[-1] in ("it", "him", "her", "them") or phrase.own:
+        if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
             ids = self.figures.last()
             return replace(about, kind="figure", ids=ids) if ids else None
         return None
@@ -485,6 +500,7 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
+                self.alternative = self.alternative or phrase.cue in self.others
                 self._give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
@@ -528,11 +544,11 @@ class _Walk:
             return
         waits = bool(clause.pending)
         if waits or (clause.named and leads_on(self.reader, at, after)):
-            clause.pending.append(phrase)
+            self._wait(phrase)
         elif clause.named:
             self._give(phrase, clause.figures, clause.span, 1.0)
         else:
-            clause.pending.append(phrase)
+            self._wait(phrase)
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
