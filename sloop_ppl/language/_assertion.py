@@ -194,10 +194,7 @@ def _past(
     for number, (first, last) in enumerate(spans):
         begin = first
         for k in range(first, last):
-            cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] in (
-                "but",
-                "then",
-            )
+            cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] == "but"
             cut = cut or (
                 lows[k] == "and" and lows[k + 1 : k + 2] and lows[k + 1] in _words("subjects")
             )

@@ -373,7 +373,7 @@ class _ObjectFinder:
             at += 1
             if self.norms[at - 1].endswith("'s"):
                 if self._possesses(at):
-                    first, lead = at, lead or "the"
+                    first, lead = at, "the"
                     continue
                 attached = True
                 break
@@ -408,7 +408,8 @@ class _ObjectFinder:
     def _heads(self, k: int) -> bool:
         """Whether a word can head a phrase."""
         bare = _bare(self.norms[k])
-        if bare in self.known.object_kinds:
+        titled = k > 1 and self.known.words_of("titles") & {self.norms[k - 1], self.norms[k - 2]}
+        if bare in self.known.object_kinds or titled:
             return True
         return (
             bare not in self.known.colours
@@ -573,6 +574,8 @@ class _ObjectFinder:
             onward = at + 1
             if onward < len(self.norms) and self.norms[onward] in _PARTICLES | {"off", "into"}:
                 onward += 1
+            if self.norms[onward : onward + 1] and self.norms[onward] in known.words_of("be"):
+                onward += 1  # "got stuck near"
             return onward < len(self.norms) and (
                 self._cue_starts(onward) or self.norms[at + 1 : at + 2] == ["into"]
             )
