@@ -327,7 +327,7 @@ class Description:
     UnknownName
         For another viewpoint.
     DescriptionError
-        When the probabilities of `readings` do not sum to one.
+        When the probabilities of `readings` do not sum to one, or `hearer` is no place.
     """
 
     text: str
@@ -342,6 +342,8 @@ class Description:
 
     def __post_init__(self) -> None:
         check_viewpoint(self.viewpoint)
+        if self.hearer is not None:
+            object.__setattr__(self, "hearer", _checked_place(self.hearer))
         total = sum(reading.probability for reading in self.readings)
         if self.readings and not abs(total - 1) < 1e-6:
             raise DescriptionError(
@@ -391,6 +393,25 @@ class Description:
                 for u in self.unresolved
             ],
         }
+
+
+def _checked_place(place: Any) -> tuple[float, float]:
+    """Return the place of who listens as two floats.
+
+    Raises
+    ------
+    DescriptionError
+        When it is not two finite numbers.
+    """
+    try:
+        x, y = (float(number) for number in place)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise DescriptionError(
+            f"The place 'hearer' is {place!r}; expected two finite numbers, (x_m, y_m) in metres"
+        )
+    return x, y
 
 
 def check_viewpoint(name: str) -> Viewpoint:
