@@ -33,6 +33,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     topic: Ground | None = None  # a landmark that no cue precedes
     grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
@@ -279,6 +280,7 @@ class _Walk:
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
+        self.clause.seen = (ground,) if self._seen(at) else ()
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.grounds
@@ -516,9 +518,10 @@ class _Walk:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
-        if not phrase.grounds and clause.subject and self._spoken_of(phrase) is not None:
-            about = self._spoken_of(phrase)
-            self.record.converse(replace(phrase, grounds=(about,)), clause.subject)
+        places = clause.subject or clause.seen
+        about = self._spoken_of(phrase) if places and not phrase.grounds else None
+        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+            self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
