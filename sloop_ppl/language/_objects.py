@@ -59,9 +59,7 @@ class Objects:
     inferred: tuple[TargetObject, ...] = ()
 
 
-def find_speaker(
-    words: Sequence[Word], norms: Sequence[str], taken: Sequence[bool]
-) -> list[FigureMention]:
+def find_speaker(norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMention]:
     """Return the mentions of who speaks that say where he is: "I'm at", "meet me", "we parked".
 
     "I think the bike ..." says nothing of the speaker's place and is none.
@@ -85,7 +83,7 @@ def find_speaker(
     return found
 
 
-def _reaches(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lexicon) -> bool:
+def _reaches(norms: Sequence[str], at: int) -> bool:
     """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
     while at < len(norms) and norms[at] in (
         "on",

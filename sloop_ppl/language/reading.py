@@ -110,7 +110,7 @@ def find_figures(state: TextReading) -> None:
         figures = own_cars(state.norms, figures)
         objects = find_objects(state.words, state.norms, taken, figures)
         figures, state.inferred = list(objects.mentions), objects.inferred
-    speaker = find_speaker(state.words, state.norms, taken)
+    speaker = find_speaker(state.norms, taken)
     if speaker and not any(t.id == SPEAKER for t in state.finder.known):
         state.inferred = (*state.inferred, TargetObject(SPEAKER))
     state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
@@ -145,7 +145,7 @@ def relate(state: TextReading) -> None:
             for one in mention.candidates:
                 if one not in default:
                     figures.infer(_inferred(one, mention, state))
-    asserted = assertions(state.words, state.norms, state.chunks)
+    asserted = assertions(state.words, state.chunks)
     state.reading = attach(reader, figures, asserted)
     located = {f for one in state.reading.attached for f in one.figures}
     inferred = {t.id for t in state.inferred}
