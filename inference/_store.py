@@ -12,19 +12,14 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
-from sloop_ppl.language import (
-    Description,
-    RelationSpans,
-    SpatialRelation,
-    TargetObject,
-    Unresolved,
-)
+from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, from_geojson, to_geojson
 from sloop_ppl.models import ObservationModel, ground_description, program_data
 from sloop_ppl.models._model_parts import model_from_parts, parts_of
@@ -269,31 +264,4 @@ def _engine(name: str, options: Mapping[str, Any]) -> Engine:
 
 def _description(data: dict[str, Any]) -> Description:
     """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
-    targets = tuple(TargetObject(**{**t, "names": tuple(t["names"])}) for t in data["targets"])
-    relations = tuple(
-        SpatialRelation(
-            **{
-                **r,
-                "grounds": tuple(r["grounds"]),
-                "spans": r["spans"]
-                and RelationSpans(
-                    figure=_span(r["spans"]["figure"]),
-                    relation=_span(r["spans"]["relation"]),
-                    grounds=tuple(_span(s) for s in r["spans"]["grounds"]),
-                ),
-            }
-        )
-        for r in data["relations"]
-    )
-    unresolved = tuple(
-        Unresolved(u["text"], _span(u["span"]), tuple(u["candidates"])) for u in data["unresolved"]
-    )
-    viewpoint = data.get("viewpoint", "map")  # files of before there were two have none
-    return Description(
-        data["text"], data["map"], targets, relations, unresolved, data["speaker"], viewpoint
-    )
-
-
-def _span(value: list[int]) -> tuple[int, int]:
-    start, end = value
-    return start, end
+    return msgspec.convert(data, Description)

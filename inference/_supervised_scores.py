@@ -246,7 +246,7 @@ def _phrases_by_ground(
     parted: dict[Hashable, list[tuple[int, GroundedRelation]]] = {}
     for n, term in phrases:
         plain = term.relation_class in index
-        key = None if plain else (term.relation, term.stated_distance_m)
+        key = None if plain else (term.relation, term.stated_distance_m, term.distance_bounds)
         parted.setdefault(key, []).append((n, term))
     for some in parted.values():
         rows = np.array([n for n, _ in some])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import RELATIONS, WHOLE_MAP, Relation
+from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Relation
 from sloop_ppl.language.relations import Region
-from sloop_ppl.maps import CityMap, Grid, LandmarkFields
+from sloop_ppl.maps import CityMap, Grid, Landmark, LandmarkFields
 from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
@@ -32,11 +32,14 @@ __all__ = [
     "between_region",
     "distance_from",
     "ground_distance_m",
+    "is_hearer",
     "is_map",
     "map_region",
     "meeting_point",
+    "point_fields",
     "reference_region_of",
     "shape_fields",
+    "with_points",
 ]
 
 BESIDE_M = 5.0
@@ -72,6 +75,29 @@ class ReferenceRegion:
 def is_map(city: CityMap, ground: str) -> bool:
     """Tell whether a ground is the map itself."""
     return ground == WHOLE_MAP and ground not in city
+
+
+def is_hearer(city: CityMap, ground: str) -> bool:
+    """Tell whether a ground is the place of who listens."""
+    return ground == HEARER and ground not in city
+
+
+def with_points(city: CityMap, points: Mapping[str, tuple[float, float]]) -> CityMap:
+    """Return a map with some points as landmarks too, for regions that take several grounds.
+
+    Parameters
+    ----------
+    city
+        The map.
+    points
+        Id -> (x, y), metres, inside the map or outside.
+    """
+    if not points:
+        return city
+    # A square has the shape it is drawn with; a poi would take that of a building around it.
+    added = tuple(Landmark(name, "square", shapely.Point(xy)) for name, xy in points.items())
+    key = f"with points {sorted(points.items())}"
+    return city.derived(key, lambda: replace(city, landmarks=(*city.landmarks, *added), _cache={}))
 
 
 def reference_region_of(
@@ -327,6 +353,27 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
             (float(centre.x), float(centre.y)),
             max(east - west, north - south),
         ),
+        cost_bytes=grid.size * BYTES_PER_CELL,
+    )
+
+
+def point_fields(point_m: tuple[float, float], grid: Grid) -> LandmarkFields:
+    """Return distance and bearing of every cell as seen from a point, which may be off the grid.
+
+    Parameters
+    ----------
+    point_m
+        The point, (x, y) in metres. The cell it lies in is its cell; off the grid it has none, so
+        that `distance_m` and `nearest` of the fields, which count from cells, are of no use.
+    grid
+        The cells.
+    """
+    cells = np.zeros(grid.shape, dtype=np.bool_)
+    if grid.contains(*point_m):
+        cells[grid.cell_at(*point_m)] = True
+    return FIELDS.get(
+        (grid, f"point {point_m}"),
+        lambda: landmark_fields(grid, cells, point_m, 0.0),
         cost_bytes=grid.size * BYTES_PER_CELL,
     )
 

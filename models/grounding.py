@@ -29,6 +29,7 @@ from sloop_ppl.models.grounded_relation import (
     GroundedRelation,
     as_vocabulary_word,
     ground_relations,
+    with_hearer,
 )
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
@@ -461,6 +462,8 @@ def ground_description(
     ------
     UnknownName
         When a ground is not on the map.
+    DescriptionError
+        When a ground is who listens, and the description does not say where that is.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
@@ -469,8 +472,9 @@ def ground_description(
         for target in text.targets:
             relations = text.about(target.id)
             if not model.heed_distance:
-                relations = tuple(replace(relation, distance_m=None) for relation in relations)
+                relations = tuple(replace(r, distance_m=None, distance=None) for r in relations)
             terms = ground_relations(relations, city, joint=model.joint_grounds)
+            terms = with_hearer(terms, text.hearer)
             if position:
                 terms = tuple(
                     replace(term, index=term.index + counts[target.id], description=position)

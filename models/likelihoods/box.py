@@ -13,7 +13,7 @@ from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._cosine import bessel_ratios
-from sloop_ppl.models.likelihoods._radial import stated_width_m
+from sloop_ppl.models.likelihoods._radial import bound_width_m, stated_width_m
 
 __all__ = ["BoxLikelihood"]
 
@@ -79,10 +79,16 @@ class BoxLikelihood:
         return self._log(share * self._within(term))
 
     def _within(self, term: GroundedRelation) -> Tensor:
-        reach = stated_width_m(term, self.contact_m)
-        if reach is None:
-            own = {"contact": self.contact_m, "directed": self.directed_m}
-            reach = own.get(term.width, self.near_m)
+        own = {"contact": self.contact_m, "directed": self.directed_m}
+        reach = own.get(term.width, self.near_m)
+        bounds = term.distance_bounds
+        if bounds is not None and term.has_bounds:  # a deviation beyond each bound, as of a ring
+            near = bound_width_m(bounds.low_m, bounds.vagueness, self.contact_m)
+            far = bound_width_m(bounds.high_m, bounds.vagueness, self.contact_m)
+            both: Tensor = (term.below_m <= near) & (term.above_m <= far)
+            return both
+        stated = stated_width_m(term, self.contact_m)
+        reach = reach if stated is None else stated
         within: Tensor = term.off_m <= reach
         return within
 

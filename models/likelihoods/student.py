@@ -15,7 +15,7 @@ from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._parameters import Parameter, width_parameter
-from sloop_ppl.models.likelihoods._radial import log_student, stated_width_m
+from sloop_ppl.models.likelihoods._radial import log_bounds, log_student, stated_width_m
 
 __all__ = ["StudentVonMisesLikelihood", "log_expected_von_mises"]
 
@@ -109,6 +109,9 @@ class StudentVonMisesLikelihood:
         return self.kappa_frame if term.needs_frame else self.kappa_compass
 
     def _log_radial(self, term: GroundedRelation) -> Tensor:
+        bounded = log_bounds(term, self._width_m(term))
+        if bounded is not None:
+            return bounded
         width = stated_width_m(term, self.contact_m) or self._width_m(term)
         return log_student(term.off_m, width, self.tail)
 

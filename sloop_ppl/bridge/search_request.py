@@ -18,7 +18,7 @@ from sloop_ppl.bridge.searching import search
 from sloop_ppl.bridge.settings import read_settings
 from sloop_ppl.bridge.timed_utterances import read_utterances
 from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge.typed_places import read_places, read_start
+from sloop_ppl.bridge.typed_places import read_hearer, read_places, read_start
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.models import fitting_note
@@ -48,6 +48,7 @@ class SearchRequest:
     params: Path | None = None
     prior: str | None = None
     viewpoint: str = "map"
+    hearer: str | None = None
     posterior: Path | None = None
     utterances: tuple[str, ...] = ()
     planner: str = "fast"
@@ -172,7 +173,7 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
         request.text, request.map_name, targets=request.targets, model=request.model,
         variant=request.variant, engine=request.engine, frames=request.frames,
         params=request.params, prior=request.prior, viewpoint=request.viewpoint,
-        truth=places, rng=rng,
+        hearer=read_hearer(request.hearer), truth=places, rng=rng,
     )  # fmt: skip
 
 

@@ -47,19 +47,30 @@ def parse(
     misspell: Annotated[
         float, typer.Option(help="Share of the words of five letters or more to misspell.")
     ] = 0.0,
-    seed: Annotated[int, typer.Option(help="Seed of the misspelling.")] = 0,
+    annotations: Annotated[
+        Path | None,
+        typer.Option(help="Gold relations by id, for lines without.", show_default=False),
+    ] = None,
+    misses: Annotated[
+        bool, typer.Option("--misses", help="Print each line that is not wholly read right.")
+    ] = False,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Judge the confidence of what was read.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the misspelling and of intervals.")] = 0,
     json: Json = False,
 ) -> None:
     """Read descriptions and compare with their gold relations."""
     from sloop_ppl.eval._parse_files import parse_score_lines, score_files
 
     score = score_files(
-        files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell, seed=seed
-    )
+        files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell,
+        annotations=annotations, confidence=confidence, seed=seed,
+    )  # fmt: skip
     if json:
         print_json(score.to_json())
     else:
-        print_data(*parse_score_lines(score))
+        print_data(*parse_score_lines(score, misses=misses))
 
 
 @app.command()

@@ -11,6 +11,7 @@ __all__ = [
     "Engine",
     "Files",
     "Frames",
+    "Hearer",
     "Json",
     "Map",
     "Maps",
@@ -67,6 +68,13 @@ Viewpoint = Annotated[
     typer.Option(
         help="Where who speaks looks from: a map, whose up is north, or the ground, where up, "
         "down, above and under are no compass words."
+    ),
+]
+Hearer = Annotated[
+    str | None,
+    typer.Option(
+        help='Where who listens is ("north of you"), x,y in metres; may be outside the map.',
+        show_default=False,
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]

@@ -11,6 +11,7 @@ from sloop_ppl.cli.given import as_typed, given, unused_options
 from sloop_ppl.cli.options import (
     Engine,
     Frames,
+    Hearer,
     Json,
     Model,
     Params,
@@ -49,6 +50,7 @@ def search(
     params: Params = None,
     prior: Prior = None,
     viewpoint: Viewpoint = "map",
+    hearer: Hearer = None,
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
     ] = None,
@@ -131,8 +133,8 @@ def search(
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, viewpoint=viewpoint, posterior=posterior, utterances=tuple(utterances or ()),
-        planner=planner, sensor=sensor,
+        prior=prior, viewpoint=viewpoint, hearer=hearer, posterior=posterior,
+        utterances=tuple(utterances or ()), planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
@@ -166,6 +168,7 @@ def _not_with_posterior(context: typer.Context) -> None:
             "prior",
             "targets",
             "viewpoint",
+            "hearer",
         ):
             raise InputError(
                 f"{as_typed(name)} does not go with --posterior; leave it out: a saved posterior "
