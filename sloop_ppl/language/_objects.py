@@ -87,7 +87,15 @@ def find_speaker(
 
 def _reaches(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lexicon) -> bool:
     """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
-    while at < len(norms) and norms[at] in ("on", "over", "down", "up", "straight", "right", "directly"):
+    while at < len(norms) and norms[at] in (
+        "on",
+        "over",
+        "down",
+        "up",
+        "straight",
+        "right",
+        "directly",
+    ):
         at += 1
     following = norms[at] if at < len(norms) else ""
     return following in ("to", "by") and not any(w in ("from", "out") for w in norms[at - 1 : at])
@@ -302,7 +310,7 @@ class _ObjectFinder:
             and not self._starts_clause(phrase.first)
             and not self.words[head].text.isupper()
         )
-        mine = phrase.lead if phrase.lead in ("my", "our") and not person else ""
+        mine = "my" if phrase.lead == "my" and not person else ""
         return inferred_target(names, mine)
 
     def _open(self, i: int) -> bool:
@@ -365,7 +373,7 @@ class _ObjectFinder:
             at += 1
             if self.norms[at - 1].endswith("'s"):
                 if self._possesses(at):
-                    first, lead = at, lead or "the"
+                    first, lead = at, "the"
                     continue
                 attached = True
                 break
@@ -400,7 +408,8 @@ class _ObjectFinder:
     def _heads(self, k: int) -> bool:
         """Whether a word can head a phrase."""
         bare = _bare(self.norms[k])
-        if bare in self.known.object_kinds:
+        titled = k > 1 and self.known.words_of("titles") & {self.norms[k - 1], self.norms[k - 2]}
+        if bare in self.known.object_kinds or titled:
             return True
         return (
             bare not in self.known.colours
@@ -445,7 +454,9 @@ class _ObjectFinder:
         ):
             return True
         if self._located(start):
-            return bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
+            return (
+                bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
+            )
         if before in known.longest_cues and not self._is_after(last, attached):
             return False
         if before in ("of", "with", "from", "to") and lead != "":
@@ -459,10 +470,17 @@ class _ObjectFinder:
     def is_predicate(self, first: int) -> bool:
         """Whether a phrase says what someone is: "I'm an old woman"."""
         at = first - 1
-        while at >= 0 and (self.norms[at] in self.known.words_of("size_adjectives") or self.norms[at] in ("a", "an")):
+        while at >= 0 and (
+            self.norms[at] in self.known.words_of("size_adjectives")
+            or self.norms[at] in ("a", "an")
+        ):
             at -= 1
         speaker = self.known.words_of("speaker")
-        be = at > 0 and self.norms[at] in ("am", "are", "was", "were") and self.norms[at - 1] in speaker
+        be = (
+            at > 0
+            and self.norms[at] in ("am", "are", "was", "were")
+            and self.norms[at - 1] in speaker
+        )
         return at >= 0 and at < first - 1 and (be or self.norms[at] in ("i'm", "we're"))
 
     def _resumed(self, last: int) -> bool:
@@ -556,6 +574,8 @@ class _ObjectFinder:
             onward = at + 1
             if onward < len(self.norms) and self.norms[onward] in _PARTICLES | {"off", "into"}:
                 onward += 1
+            if self.norms[onward : onward + 1] and self.norms[onward] in known.words_of("be"):
+                onward += 1  # "got stuck near"
             return onward < len(self.norms) and (
                 self._cue_starts(onward) or self.norms[at + 1 : at + 2] == ["into"]
             )

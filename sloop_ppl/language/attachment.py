@@ -20,6 +20,7 @@ __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_PARTS = frozenset((",", ".", ";", "or", "and", "but"))
 _RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 
@@ -32,6 +33,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     topic: Ground | None = None  # a landmark that no cue precedes
     grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
@@ -42,9 +44,7 @@ class _Clause:
     open: bool = False  # the last thing read was a figure that may still be joined by another
 
 
-def attach(
-    reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]
-) -> Attachments:
+def attach(reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]) -> Attachments:
     """Return which relation phrases locate which objects; linear in the items.
 
     Parameters
@@ -76,6 +76,7 @@ class _Walk:
         self.clause = _Clause()
         self.lows = [w.low for w in reader.words]
         self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
         self.alternative = False  # "or" stands between the last relation and the next
 
     def step(self, at: int) -> int:
@@ -105,7 +106,10 @@ class _Walk:
             return at
         before = self.reader.words[first - 1] if first else None
         parted = before is None or before.kind == "mark" or end - first > 1
-        if not parted or self.lows[first] in ("wait", "hold") and self.lows[first + 1 : first + 2] in (["for"], ["by"]):
+        if not parted or (
+            self.lows[first] in ("wait", "hold")
+            and self.lows[first + 1 : first + 2] in (["for"], ["by"])
+        ):
             return at
         self.correcting = 2
         while at < len(self.reader.chunks) and self.reader.chunks[at].first < end:
@@ -114,7 +118,9 @@ class _Walk:
             at += 1
         return at
 
-    def _give(self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float) -> None:
+    def _give(
+        self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float
+    ) -> None:
         """Attach a phrase, as a correction or an alternative of the last where it is one."""
         before = len(self.record.attached)
         if self.correcting and before:
@@ -127,9 +133,19 @@ class _Walk:
                 self.record.alternate()
             self.alternative = False
 
+    def _wait(self, phrase: RelationPhrase) -> None:
+        """Keep a phrase until its object is named."""
+        if self.alternative and self.clause.pending:
+            self.others.add(phrase.cue)
+        self.alternative = False
+        self.clause.pending.append(phrase)
+
     def _hedged(self, phrase: RelationPhrase) -> bool:
-        """Whether "maybe", "could be" and the like stand right before a phrase."""
-        return any(w in _HEDGES for w in self.lows[max(0, phrase.cue[0] - 3) : phrase.cue[0] + 1])
+        """Whether "maybe", "could be" and the like stand before a phrase, in its part."""
+        first = phrase.cue[0]
+        while first > 0 and self.lows[first - 1] not in _PARTS and first > phrase.cue[0] - 8:
+            first -= 1
+        return any(w in _HEDGES for w in self.lows[first : phrase.cue[0] + 1])
 
     def end_sentence(self) -> None:
         """Settle what waits for a figure, and forget what holds within a sentence."""
@@ -153,7 +169,7 @@ class _Walk:
         return at + 1
 
     def _on_or(self, at: int) -> int:
-        self.alternative = bool(self.record.attached)
+        self.alternative = bool(self.record.attached or self.clause.pending)
         return at + 1
 
     def _on_sub(self, at: int) -> int:
@@ -264,6 +280,7 @@ class _Walk:
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
+        self.clause.seen = (ground,) if self._seen(at) else ()
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.grounds
@@ -368,7 +385,7 @@ class _Walk:
         if about.kind == "robot":
             mine = any(w in ("me", "us", "my", "our") for w in words)
             return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
-        if words and words[-1] in ("it", "him", "her", "them") or phrase.own:
+        if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
             ids = self.figures.last()
             return replace(about, kind="figure", ids=ids) if ids else None
         return None
@@ -485,6 +502,7 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
+                self.alternative = self.alternative or phrase.cue in self.others
                 self._give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
         clause.figures, clause.span = ids, span
@@ -500,9 +518,10 @@ class _Walk:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
-        if not phrase.grounds and clause.subject and self._spoken_of(phrase) is not None:
-            about = self._spoken_of(phrase)
-            self.record.converse(replace(phrase, grounds=(about,)), clause.subject)
+        places = clause.subject or clause.seen
+        about = self._spoken_of(phrase) if places and not phrase.grounds else None
+        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+            self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
@@ -528,11 +547,11 @@ class _Walk:
             return
         waits = bool(clause.pending)
         if waits or (clause.named and leads_on(self.reader, at, after)):
-            clause.pending.append(phrase)
+            self._wait(phrase)
         elif clause.named:
             self._give(phrase, clause.figures, clause.span, 1.0)
         else:
-            clause.pending.append(phrase)
+            self._wait(phrase)
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""

@@ -118,7 +118,9 @@ class AttachmentRecord:
         for k in range(len(attached) - 1, -1, -1):
             same = {RELATIONS[r].relation_class for r in attached[k].phrase.relations} & classes
             last = k == len(attached) - 1
-            if last or (same and attached[k].figures == attached[-1].figures and k >= self.sentence):
+            if last or (
+                same and attached[k].figures == attached[-1].figures and k >= self.sentence
+            ):
                 attached[k] = replace(attached[k], status="retracted")
 
     def alternate(self) -> None:
@@ -156,7 +158,9 @@ class AttachmentRecord:
         if not ids:
             self.reading.loose.append(Ground("cue", *phrase.cue))
             return
-        assertion = self.assertions[phrase.cue[0]] if phrase.cue[0] < len(self.assertions) else "asserted"
+        assertion = (
+            self.assertions[phrase.cue[0]] if phrase.cue[0] < len(self.assertions) else "asserted"
+        )
         if assertion == "denied":
             phrase = replace(phrase, negated=True)
         status = assertion if assertion in ("asked", "past", "other") else None

@@ -153,7 +153,7 @@ class FigureFinder:
         if words[-1] in ("one", "ones"):
             return FigureMention(first, last, self._coloured(colour), plural, other, back=True)
         found = self._fitting(words, colour)
-        lead = norms[first - 1] if first and norms[first - 1] in ("my", "our") else ""
+        lead = norms[first - 1] if first and norms[first - 1] == "my" else ""
         if found and not (lead and colour is None and self.declared is None):
             back = len(found) > 1 and not plural
             return FigureMention(first, last, found, plural, other, back)
@@ -166,7 +166,9 @@ class FigureFinder:
     def _titled(self, words: list[str], first: int) -> FigureMention | None:
         """Return the mention that "Mr. Paws" makes."""
         named = [w for w in words if w != "."]
-        found = tuple(i for i, names in self._names.items() if any(_within(n, named) for n in names))
+        found = tuple(
+            i for i, names in self._names.items() if any(_within(n, named) for n in names)
+        )
         return FigureMention(first, first + len(words), found) if found else None
 
     def _coloured(self, colour: str | None) -> tuple[str, ...]:
@@ -200,7 +202,7 @@ def inferred_target(words: Sequence[str], lead: str = "") -> TargetObject:
     words
         The phrase without its article; sizes and ages are left out.
     lead
-        ``"my"`` or ``"our"`` where it stands for a colour that was not said.
+        ``"my"`` where it stands for a colour that was not said.
 
     Examples
     --------

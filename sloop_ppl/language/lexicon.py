@@ -81,6 +81,8 @@ class Lexicon:
         Everyday words that are never corrected.
     roles
         Lists of words by what they do: ``locating_verbs``, ``kin``, ``times``, and the classes.
+    assertion
+        Forms that ask, deny, correct or tell of before, by what they do, as word tuples.
     """
 
     classes: Mapping[str, frozenset[str]]
@@ -102,6 +104,7 @@ class Lexicon:
     closed: frozenset[str]
     plain: frozenset[str]
     roles: Mapping[str, frozenset[str]]
+    assertion: Mapping[str, tuple[tuple[str, ...], ...]]
 
     def words_of(self, role: str) -> frozenset[str]:
         """Return the words of an open list, or of a closed class."""
@@ -216,5 +219,10 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         common=frozenset(words["common"]),
         closed=frozenset(closed),
         plain=frozenset(words["plain"]),
-        roles={name: frozenset(words[name]) for name in (*_ROLES, *_CLASSES)},
+        roles={name: frozenset(words[name]) for name in (*_ROLES, *_CLASSES)}
+        | {name: frozenset(forms) for name, forms in words["assertion"].items()},
+        assertion={
+            name: tuple(tuple(form.split()) for form in forms)
+            for name, forms in words["assertion"].items()
+        },
     )

@@ -14,6 +14,7 @@ from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.phrases import RelationPhrase
@@ -99,7 +100,7 @@ def find_figures(state: TextReading) -> None:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
     state.norms = [
-        w.low if t or w.kind != "word" else _SLANG.get(w.text) or mend(w.low, vocabulary)
+        w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = place_phrases(state.norms, taken)
@@ -117,6 +118,14 @@ def find_figures(state: TextReading) -> None:
     state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
     owned = {w for m in state.figures for w in range(m.first, m.last)}
     state.kinds = [k for k in kinds if k.first not in owned]
+
+
+def _mended(low: str, vocabulary: frozenset[str]) -> str:
+    """Return a word with its spelling mended; verbs, persons and such are spelt as they are."""
+    known = lexicon()
+    if any(low in known.words_of(role) for role in ("ordinary_verbs", "kin", "adverbs", "times")):
+        return low
+    return mend(low, vocabulary)
 
 
 def find_cues(state: TextReading) -> None:
