@@ -335,9 +335,8 @@ class _Walk:
         if leads and not self.clause.pending:
             self.clause.subject, self.clause.topic = (ground,), ground
             self.clause.open = self.clause.negated = False
-        elif self.reader.kind(at - 1) == "be" or self.reader.kind(at - 2) == "be":
-            if self.clause.pending and self._waits_for_place(ground):
-                return after
+        elif "be" in (self.reader.kind(at - 1), self.reader.kind(at - 2)) and self.clause.pending:
+            self._waits_for_place(ground)
         return after
 
     def _seen(self, at: int) -> bool:

@@ -103,7 +103,7 @@ def find_roles(words: Sequence[Word]) -> Roles:
         if w.kind == "word" and not first and w.low not in ALWAYS_CAPITAL
     ]
     upper = sum(w.text[:1].isupper() for w in inner)
-    cased = 0 < upper <= (1 - _TITLE_SHARE) * len(inner) or (0 < upper and len(inner) < 4)
+    cased = 0 < upper <= (1 - _TITLE_SHARE) * len(inner) or (upper > 0 and len(inner) < 4)
     capital = [
         cased
         and w.kind == "word"
