@@ -11,7 +11,7 @@ import shapely
 
 from sloop_ppl.bridge.relation_text import facing, percent, relations_in_words
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
-from sloop_ppl.maps.whereabouts import whereabouts
+from sloop_ppl.maps._whereabouts import whereabouts
 
 if TYPE_CHECKING:
     import xarray

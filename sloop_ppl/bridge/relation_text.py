@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.maps.whereabouts import COMPASS_POINTS
+from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import Posterior

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sloop_ppl.bridge._timed_utterances import descriptions_of
+from sloop_ppl.bridge._tracking import BeliefTracker
 from sloop_ppl.bridge.posterior_episode import (
     OneLeg,
     PosteriorEpisode,
@@ -16,8 +18,6 @@ from sloop_ppl.bridge.posterior_episode import (
     after,
     joined,
 )
-from sloop_ppl.bridge.timed_utterances import descriptions_of
-from sloop_ppl.bridge.tracking import BeliefTracker
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description

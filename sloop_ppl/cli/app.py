@@ -14,17 +14,13 @@ from typer.exceptions import TyperException
 
 from sloop_ppl import __version__
 from sloop_ppl.cli import (
-    belief,
-    catalogue,
-    demo,
-    evaluation,
-    evaluation_frames,
-    fitting,
-    frames,
-    language,
-    maps,
-    search,
-    warmup,
+    _belief,
+    _evaluation,
+    _frames,
+    _language,
+    _maps,
+    _search,
+    _short_commands,
 )
 from sloop_ppl.errors import SloopError
 
@@ -57,17 +53,15 @@ def _options(
     pass
 
 
-app.command("parse")(language.parse)
-app.command("infer")(belief.infer)
-app.command("search")(search.search)
-app.add_typer(maps.app, name="map")
-app.add_typer(frames.app, name="frames")
-evaluation.app.command("frames")(evaluation_frames.frames)
-evaluation.app.command("fit")(fitting.fit)
-app.add_typer(evaluation.app, name="eval")
-app.command("list")(catalogue.list_names)
-app.command("demo")(demo.demo)
-app.command("warmup")(warmup.warmup)
+app.command("parse")(_language.parse)
+app.command("infer")(_belief.infer)
+app.command("search")(_search.search)
+app.add_typer(_maps.app, name="map")
+app.add_typer(_frames.app, name="frames")
+app.add_typer(_evaluation.app, name="eval")
+app.command("list")(_short_commands.list_names)
+app.command("demo")(_short_commands.demo)
+app.command("warmup")(_short_commands.warmup)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError, MapError, UnknownName
-from sloop_ppl.maps.cache import BoundedCache
+from sloop_ppl.maps._cache import BoundedCache
+from sloop_ppl.maps._proximity import NearestIndex
+from sloop_ppl.maps._window import window
 from sloop_ppl.maps.fields import BYTES_PER_CELL, LandmarkFields, landmark_fields
 from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
-from sloop_ppl.maps.proximity import NearestIndex
 from sloop_ppl.maps.rasterise import touched_cells
-from sloop_ppl.maps.window import window
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -201,7 +201,7 @@ class CityMap:
         return frontage(self, building_id)
 
     def window(self, center: tuple[float, float], side_m: float) -> CityMap:
-        """Return a square piece of the map; see :func:`sloop_ppl.maps.window.window`."""
+        """Return a square piece of the map; see :func:`sloop_ppl.maps._window.window`."""
         return window(self, center, side_m)
 
     def bearing_to_nearest_path(self, landmark_id: str) -> float | None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from rapidfuzz import fuzz
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.landmark import Landmark
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["find", "kind_words"]
 

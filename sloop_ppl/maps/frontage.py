@@ -11,9 +11,9 @@ from typing import Any, Protocol, TypeVar
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import PATH_KINDS, Landmark
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["Facing", "Frontage", "frontage", "streets_of"]
 

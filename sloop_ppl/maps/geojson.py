@@ -14,11 +14,11 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
+from sloop_ppl.maps._shapes import project, repair
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import Landmark
 from sloop_ppl.maps.schema import check_schema, fault
-from sloop_ppl.maps.shapes import project, repair
 
 __all__ = ["from_geojson", "to_geojson"]
 

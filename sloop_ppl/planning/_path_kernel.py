@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import Objective, PathMap, cost
-from sloop_ppl.planning._path_state import PathState, go_to, undo
+from sloop_ppl.planning._path_map import Objective, PathMap, PathState, cost, go_to, undo
 from sloop_ppl.planning._value_bound import ValueBound, bound_from, target_bound
 
 __all__ = [

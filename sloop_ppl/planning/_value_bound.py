@@ -24,7 +24,8 @@ from sloop_ppl.planning._clairvoyant import (
     rewards_of,
 )
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import PathMap, reach_of
+from sloop_ppl.planning._path_map import PathMap
+from sloop_ppl.planning._search_tables import reach_of
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 

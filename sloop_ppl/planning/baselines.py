@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from, visible_mass
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.planners import RunningPlanner
-from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 from sloop_ppl.rng import scalar_rng
@@ -47,7 +47,7 @@ class _GreedyRun:
 
     def __init__(self, space: SearchSpace) -> None:
         self._space = space
-        self._nexts = next_poses(space)
+        self._nexts = likeliest_poses(space)
         self._unseen: dict[int, list[int]] = {}
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:

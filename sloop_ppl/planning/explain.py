@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.motion import ExactMotion
 from sloop_ppl.planning.pose import HEADINGS
-from sloop_ppl.planning.pose_tables import next_poses, reach_from
 from sloop_ppl.planning.sensors import FanSensor
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchObservation
@@ -58,7 +58,7 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     limit = space.config.step_limit
     if _is_open(space) and limit >= space.n_rows + space.n_cols:
         return ()
-    reach = reach_from(belief.robot.pose, next_poses(space))
+    reach = reach_from(belief.robot.pose, likeliest_poses(space))
     near = np.flatnonzero((reach.steps >= 0) & (reach.steps < limit))
     if len(near) == reach.steps.size and not space.hides:
         return ()

@@ -14,12 +14,12 @@ from sloop_ppl.planning._path_map import (
     Objective,
     detection_masses,
     greedy_path,
+    new_path_state,
     new_scouts,
     path_map_of,
-    reach_of,
 )
-from sloop_ppl.planning._path_state import new_path_state
 from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning._search_tables import reach_of
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
 from sloop_ppl.planning.baselines import find_value
 from sloop_ppl.planning.belief import GridBelief

@@ -1,9 +1,9 @@
-"""Draw which way a landmark faces as a rose on the landmark itself."""
+"""Draw which way landmarks face, as roses on the landmarks themselves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,13 +14,13 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
-from sloop_ppl.plots._protocols import FrameLike
+from sloop_ppl.plots._protocols import DistributionLike, FrameLike
 from sloop_ppl.plots.city import display_name, draw_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["frame_bins", "plot_frame"]
+__all__ = ["frame_bins", "plot_frame", "plot_frames"]
 
 Bins = NDArray[np.float64]
 _EXACT_KAPPA = 500.0
@@ -169,3 +169,67 @@ def _petals(x: float, y: float, radii: Bins) -> NDArray[np.float64]:
         arc = 2 * math.pi * (k + np.linspace(-0.5, 0.5, 7)) / count
         points += [(x + r * math.cos(a), y + r * math.sin(a)) for a in arc]
     return np.array([*points, points[0]])
+
+
+_BINS = 180
+_SMOOTH_KAPPA = 120.0  # five degrees, so that a sharp front is a petal and not a line
+_LEAST_M, _MOST_M = 0.03, 0.07  # radius of a rose, in sides of the map
+
+
+def plot_frames(
+    city: CityMap, frames: Mapping[str, DistributionLike], *, ax: Axes | None = None
+) -> Axes:
+    """Draw a small rose on each landmark: how probable it is that it faces each direction.
+
+    Parameters
+    ----------
+    city
+        The map.
+    frames
+        Landmark id -> distribution of its front.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes, in metres. The area of a petal is its probability within its rose, blurred by
+        five degrees; the radius of a rose grows with its landmark.
+
+    Raises
+    ------
+    UnknownName
+        When a landmark is not on the map.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    axes = new_axes(ax)
+    draw_map(axes, city, labels=False, muted=True)
+    axes.set_facecolor(MUTED.ground)
+    side = city.grid.east_m - city.grid.west_m
+    angles = 2 * np.pi * np.arange(_BINS) / _BINS
+    blur = np.exp(_SMOOTH_KAPPA * (np.cos(angles[:, None] - angles) - 1))
+    blur /= blur.sum(0)
+    for name, frame in frames.items():
+        x, y = city.centroid(name)
+        west, south, east, north = city.footprint(name).bounds
+        reach = min(max(0.6 * max(east - west, north - south), _LEAST_M * side), _MOST_M * side)
+        radius = np.sqrt(blur @ frame.binned(_BINS))
+        radius *= reach / max(radius.max(), 1e-12)
+        outline = np.column_stack([
+            x + radius * np.cos(angles),
+            y + radius * np.sin(angles),
+        ])  # fmt: skip
+        axes.add_patch(
+            PathPatch(
+                Path(outline, closed=False),
+                facecolor=ACCENTS["frame"],
+                edgecolor=INK,
+                linewidth=0.4,
+                alpha=0.85,
+                zorder=4.0,
+                gid="front",
+            )
+        )
+    return axes

@@ -9,7 +9,7 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.reader import Bounds
+from sloop_ppl.maps.osm._reader import Bounds
 
 __all__ = ["box_grid", "grid_bounds", "read_degrees", "square_grid"]
 

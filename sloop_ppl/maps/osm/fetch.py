@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 from sloop_ppl.errors import InputError, MapError
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.osm._feature import OsmData, OsmFeature
 from sloop_ppl.maps.osm.extent import grid_bounds, square_grid
-from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
 from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.osm.importer import build_map
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["fetch_place"]
 

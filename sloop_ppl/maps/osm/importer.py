@@ -11,15 +11,15 @@ from sloop_ppl.errors import InputError, MapError
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.buildings import Buildings
-from sloop_ppl.maps.osm.coast import sea
+from sloop_ppl.maps.osm._buildings import Buildings
+from sloop_ppl.maps.osm._coast import sea
+from sloop_ppl.maps.osm._feature import OsmData
+from sloop_ppl.maps.osm._landmarks import landmarks_of
+from sloop_ppl.maps.osm._merge import merge_pieces
+from sloop_ppl.maps.osm._pieces import pieces_of, projected
+from sloop_ppl.maps.osm._reader import Bounds, file_bounds, read_osm
 from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
-from sloop_ppl.maps.osm.feature import OsmData
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.osm.landmarks import landmarks_of
-from sloop_ppl.maps.osm.merge import merge_pieces
-from sloop_ppl.maps.osm.pieces import pieces_of, projected
-from sloop_ppl.maps.osm.reader import Bounds, file_bounds, read_osm
 
 __all__ = ["ATTRIBUTION", "build_map", "import_osm"]
 

@@ -6,12 +6,12 @@ from collections import Counter
 from types import MappingProxyType
 from typing import Any
 
+from sloop_ppl.maps._symbols import camel_case, unique
 from sloop_ppl.maps.landmark import KINDS, Landmark
-from sloop_ppl.maps.osm.feature import source_key
-from sloop_ppl.maps.osm.feature_names import aliases, local_languages
-from sloop_ppl.maps.osm.measures import height_m, road_width_m
-from sloop_ppl.maps.osm.pieces import Piece
-from sloop_ppl.maps.symbols import camel_case, unique
+from sloop_ppl.maps.osm._feature import source_key
+from sloop_ppl.maps.osm._feature_names import aliases, local_languages
+from sloop_ppl.maps.osm._measures import height_m, road_width_m
+from sloop_ppl.maps.osm._pieces import Piece
 
 __all__ = ["KEPT_TAGS", "landmarks_of"]
 

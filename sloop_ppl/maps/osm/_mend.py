@@ -9,9 +9,9 @@ from typing import Any
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from sloop_ppl.maps.osm.feature import OsmFeature
+from sloop_ppl.maps._shapes import parts_of_dimension
+from sloop_ppl.maps.osm._feature import OsmFeature
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.shapes import parts_of_dimension
 
 __all__ = ["Unmade", "mended"]
 

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sloop_ppl.bridge.formatting import outcome_line
+from sloop_ppl.bridge._formatting import outcome_line
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.planning import Episode, read_episode

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from sloop_ppl.cli.output import progress
+from sloop_ppl.cli._output import progress
 
 if TYPE_CHECKING:
     from sloop_ppl.eval.sweep import SweepProgress

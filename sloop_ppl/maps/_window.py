@@ -10,9 +10,9 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps._shapes import clip
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import Landmark
-from sloop_ppl.maps.shapes import clip
 
 __all__ = ["window"]
 

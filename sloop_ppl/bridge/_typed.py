@@ -1,7 +1,8 @@
-"""Read settings of a search that have no option of their own, such as ``no_fly=true``."""
+"""Read what a user types: places and starts such as ``GreenToyota=-37.5,-72.5``, and settings."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
@@ -9,7 +10,68 @@ from typing import Any
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.planning import SearchConfig
 
-__all__ = ["read_settings"]
+__all__ = ["read_places", "read_settings", "read_start"]
+
+
+def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return target -> x and y in metres.
+
+    Parameters
+    ----------
+    typed
+        One ``OBJECT=x,y`` per target.
+
+    Raises
+    ------
+    InputError
+        When one is malformed, repeated or not finite.
+
+    Examples
+    --------
+    >>> read_places(["GreenToyota=-37.5,-72.5"])
+    {'GreenToyota': (-37.5, -72.5)}
+    """
+    places: dict[str, tuple[float, float]] = {}
+    for text in typed:
+        name, sign, numbers = text.partition("=")
+        values = _numbers(numbers)
+        if not name.strip() or not sign or len(values) != 2:
+            raise InputError(
+                f"Place '{text}' is malformed; expected OBJECT=x,y in metres, such as "
+                "GreenToyota=-37.5,-72.5"
+            )
+        if name.strip() in places:
+            raise InputError(f"Place of '{name.strip()}' is given twice; give it once")
+        places[name.strip()] = values[0], values[1]
+    return places
+
+
+def read_start(typed: str | None) -> tuple[float, ...] | None:
+    """Return ``(x, y)`` or ``(x, y, heading)`` of a typed start; None when none is given.
+
+    Raises
+    ------
+    InputError
+        When it is malformed or not finite.
+    """
+    if typed is None:
+        return None
+    values = _numbers(typed)
+    if len(values) not in (2, 3):
+        raise InputError(
+            f"Start '{typed}' is malformed; expected x,y or x,y,heading in metres and degrees"
+        )
+    return tuple(values)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return comma-separated finite numbers, or nothing when one of them is not."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return values if all(map(math.isfinite, values)) else []
+
 
 _OWN_OPTION = {
     "sensor_range_cells": "--range",

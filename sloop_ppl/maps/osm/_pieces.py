@@ -9,12 +9,12 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.maps._shapes import clip, repair
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.classify import Sort, classify, is_underground
-from sloop_ppl.maps.osm.feature import OsmFeature
-from sloop_ppl.maps.osm.feature_names import name_of
+from sloop_ppl.maps.osm._classify import Sort, classify, is_underground
+from sloop_ppl.maps.osm._feature import OsmFeature
+from sloop_ppl.maps.osm._feature_names import name_of
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.shapes import clip, repair
 
 __all__ = ["Piece", "pieces_of", "projected"]
 

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.given import as_typed, given, unused_options
-from sloop_ppl.cli.options import (
+from sloop_ppl.cli._options import (
     Engine,
     Frames,
     Json,
@@ -18,8 +17,11 @@ from sloop_ppl.cli.options import (
     Targets,
     Variant,
     Viewpoint,
+    as_typed,
+    given,
+    unused_options,
 )
-from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.cli._output import print_data, print_json, progress
 from sloop_ppl.errors import InputError
 
 __all__ = ["search"]
@@ -118,8 +120,8 @@ def search(
 
     Ctrl-C ends the search and leaves what was done in the files asked for.
     """
-    from sloop_ppl.bridge.replay import replay_report
-    from sloop_ppl.bridge.search_request import SearchRequest, run_request
+    from sloop_ppl.bridge._replay import replay_report
+    from sloop_ppl.bridge._search_request import SearchRequest, run_request
 
     if replay is not None:
         _only(context, "replay", "map_", "figure", "animation", "json")

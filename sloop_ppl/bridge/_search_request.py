@@ -9,16 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.bridge.decision_text import why_lines
-from sloop_ppl.bridge.formatting import outcome_line, step_line, unresolved_lines
+from sloop_ppl.bridge._formatting import outcome_line, step_line, unresolved_lines, why_lines
+from sloop_ppl.bridge._replay import draw_episode
+from sloop_ppl.bridge._requests import posterior_of, saved_posterior
+from sloop_ppl.bridge._timed_utterances import read_utterances
+from sloop_ppl.bridge._trees import TREE_DEPTH, TreeKeeper, check_tree
+from sloop_ppl.bridge._typed import read_places, read_settings, read_start
 from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
-from sloop_ppl.bridge.replay import draw_episode
-from sloop_ppl.bridge.requests import posterior_of, saved_posterior
 from sloop_ppl.bridge.searching import search
-from sloop_ppl.bridge.settings import read_settings
-from sloop_ppl.bridge.timed_utterances import read_utterances
-from sloop_ppl.bridge.trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge.typed_places import read_places, read_start
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.models import fitting_note

@@ -8,12 +8,12 @@ from collections.abc import Iterable
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.maps._shapes import parts_of_dimension
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.landmark import PATH_KINDS
-from sloop_ppl.maps.osm.feature import source_key
+from sloop_ppl.maps.osm._feature import source_key
+from sloop_ppl.maps.osm._pieces import Piece
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.osm.pieces import Piece
-from sloop_ppl.maps.shapes import parts_of_dimension
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["merge_pieces"]
 

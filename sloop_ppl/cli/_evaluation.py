@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.given import unused_options
-from sloop_ppl.cli.options import Files, Json, Maps, Nlp, Params
-from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.cli._options import Files, Json, Maps, Nlp, Params, unused_options
+from sloop_ppl.cli._output import print_data, print_json, progress
 
-__all__ = ["app", "describe", "parse", "quality", "report", "search"]
+__all__ = ["app"]
 
 Gold = Annotated[
     bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
@@ -161,7 +160,7 @@ def search(
     ] = False,
 ) -> None:
     """Search for every described target under every model and range; resumable."""
-    from sloop_ppl.cli.sweep_progress import sweep_progress
+    from sloop_ppl.cli._sweep_progress import sweep_progress
     from sloop_ppl.eval.sweep_files import SweepRequest, sweep_files
     from sloop_ppl.eval.trials import Searching
 
@@ -211,3 +210,74 @@ def report(
     if docs:
         write_docs(made, docs)
     print_data(str(docs or write_report(made, out or folders[0] / "report")))
+
+
+@app.command()
+def frames(
+    maps: Annotated[
+        Path | None,
+        typer.Option(help="Folder of .osm, .osm.pbf or .geojson files; else the bundled maps."),
+    ] = None,
+    recipes: Annotated[
+        str, typer.Option(help="Recipes to train, separated by commas; `paper` is one too.")
+    ] = "ego-ctx,ctx,ego",
+    descriptions: Annotated[
+        list[Path] | None,
+        typer.Option(help="Description file, .jsonl, to score fronts on too; may be repeated."),
+    ] = None,
+    epochs: Annotated[
+        int | None, typer.Option(min=1, help="At most so many passes.", show_default="recipe's")
+    ] = None,
+    patience: Annotated[
+        int | None,
+        typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the deviations, .png .pdf .svg.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Hold cities out in turn and score which way their buildings are said to face."""
+    from sloop_ppl.eval.frame_files import frame_lines, score_frames
+    from sloop_ppl.plots import check_figure_path, save_figure
+
+    if figure:
+        check_figure_path(figure)
+    found = score_frames(
+        maps, recipes=recipes, descriptions=descriptions or (), epochs=epochs, patience=patience,
+        seed=seed, progress=progress,
+    )  # fmt: skip
+    if figure:
+        save_figure(found.figure(), figure)
+    print_json(found.to_json()) if json else print_data(*frame_lines(found))
+
+
+@app.command()
+def fit(
+    files: Files,
+    out: Annotated[Path, typer.Option(help="The numbers to write, .json; --params reads them.")],
+    models: Annotated[
+        str | None,
+        typer.Option(
+            help="Candidates of `sloop list candidates`, models, or FILE.py:NAME, separated by "
+            "commas; else the likelihood families.",
+            show_default=False,
+        ),
+    ] = None,
+    maps: Maps = None,
+    json: Json = False,
+) -> None:
+    """Fit models with each map left out, choose inside the folds, and fit the best to all.
+
+    Ctrl-C keeps the finished fits; the same command goes on from there.
+    """
+    from sloop_ppl.eval.fit_files import fit_files, fit_tables
+    from sloop_ppl.eval.table_lines import table_lines
+
+    selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
+    if json:
+        print_json(fitted.to_json())
+    else:
+        tables = fit_tables(selection, fitted)
+        print_data(*(line for table in tables for line in table_lines(table)))

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import shapely
 
-from sloop_ppl.maps.osm.feature import OsmFeature, source_key
-from sloop_ppl.maps.osm.feature_names import address
+from sloop_ppl.maps._symbols import folded
+from sloop_ppl.maps.osm._feature import OsmFeature, source_key
+from sloop_ppl.maps.osm._feature_names import address
+from sloop_ppl.maps.osm._pieces import Piece
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.osm.pieces import Piece
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["Buildings"]
 

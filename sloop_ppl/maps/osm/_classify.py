@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from sloop_ppl.maps.symbols import camel_case
+from sloop_ppl.maps._symbols import camel_case
 
 __all__ = ["STREET_CLASSES", "Sort", "classify", "is_underground"]
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from sloop_ppl.bridge.formatting import belief_lines, relation_table
-from sloop_ppl.bridge.search_request import SearchRequest, SearchResult, run_request
-from sloop_ppl.bridge.typed_places import read_places
+from sloop_ppl.bridge._formatting import belief_lines, relation_table
+from sloop_ppl.bridge._search_request import SearchRequest, SearchResult, run_request
+from sloop_ppl.bridge._typed import read_places
 from sloop_ppl.inference import Posterior
 from sloop_ppl.outputs import check_output_folder
 from sloop_ppl.plots import plot_beliefs, save_figure

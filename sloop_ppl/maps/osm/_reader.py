@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +12,12 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
-from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
+from sloop_ppl.maps.osm._feature import OsmData, OsmFeature
+from sloop_ppl.maps.osm._mend import Unmade, mended
+from sloop_ppl.maps.osm._ordered import NotInOrder, drawn_id, ordered_copy
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.osm.mend import Unmade, mended
-from sloop_ppl.maps.osm.ordered import NotInOrder, drawn_id, ordered_copy
-from sloop_ppl.maps.osm.refusal import unreadable
 
-__all__ = ["Bounds", "file_bounds", "read_osm"]
+__all__ = ["Bounds", "file_bounds", "read_osm", "unreadable"]
 
 Bounds = tuple[float, float, float, float]
 """West, south, east and north in degrees."""
@@ -222,3 +223,38 @@ class _Collector:
 
 def _corners(ring: Any) -> list[tuple[float, float]]:
     return [(ref.lon, ref.lat) for ref in ring]
+
+
+_COORDINATE = re.compile(r"coordinate: '([^']*)'|lon/lat: '?([^'\s]*)")
+
+
+def unreadable(path: Path, error: Exception) -> MapError:
+    """Return the one line for a file that libosmium refuses; it names the node at fault."""
+    message = " ".join(str(error).split()) or type(error).__name__
+    feature = name = None
+    if found := _COORDINATE.search(message):
+        value = found[2] if found[1] is None else found[1]
+        if bearer := next(_bearers(path, value), None):
+            feature, name = bearer
+            message = f"{feature}: field '{name}' is {value!r}"
+    return MapError(
+        f"File '{path}' cannot be read as OpenStreetMap: {message}; expected .osm XML or .osm.pbf, "
+        "whole",
+        feature=feature,
+        field=name,
+    )
+
+
+def _bearers(path: Path, value: str) -> Iterator[tuple[str, str]]:
+    """Yield the nodes of an XML file that have a coordinate of this text, to name them."""
+    node = re.compile(rb"<node\b[^>]*>")
+    try:
+        content = path.read_bytes() if path.stat().st_size < 1 << 28 else b""
+    except OSError:
+        return
+    for found in node.finditer(content):
+        text = found[0].decode("utf-8", "replace")
+        number = re.search(r"\bid=[\"'](-?\d+)", text)
+        for name in ("lat", "lon"):
+            if number and re.search(rf"\b{name}=[\"']{re.escape(value)}[\"']", text):
+                yield f"node/{number[1]}", name

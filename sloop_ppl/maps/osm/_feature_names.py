@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from sloop_ppl.maps.symbols import folded
+from sloop_ppl.maps._symbols import folded
 
 __all__ = ["address", "aliases", "local_languages", "name_of"]
 

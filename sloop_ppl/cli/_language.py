@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json, Map, Nlp, Targets, Text, Viewpoint
-from sloop_ppl.cli.output import print_data, print_json
+from sloop_ppl.cli._options import Json, Map, Nlp, Targets, Text, Viewpoint
+from sloop_ppl.cli._output import print_data, print_json
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["parse"]
@@ -28,7 +28,7 @@ def parse(
     """Read spatial relations from a sentence."""
     import sloop_ppl as sloop
     from sloop_ppl import language
-    from sloop_ppl.bridge.formatting import relation_table
+    from sloop_ppl.bridge._formatting import relation_table
 
     page = check_output(html, (".html", ".htm")) if html else None
     city = sloop.load_map(map_)

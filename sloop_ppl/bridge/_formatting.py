@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from sloop_ppl.bridge.relation_text import percent
 from sloop_ppl.language import Description, SpatialRelation
-from sloop_ppl.maps.whereabouts import nearest_landmark, whereabouts
+from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import FrameSummary, Posterior
@@ -21,6 +22,7 @@ __all__ = [
     "relation_table",
     "step_line",
     "unresolved_lines",
+    "why_lines",
 ]
 
 
@@ -168,3 +170,36 @@ def _words(description: Description, relation: SpatialRelation) -> str:
 def _missed(text: str, candidates: tuple[str, ...]) -> str:
     near = f"; nearest: {', '.join(candidates)}" if candidates else ""
     return f"“{text}”{near}"
+
+
+def why_lines(step: Step) -> list[str]:
+    """Return a line for each action that the planner could take, the chosen one marked.
+
+    Parameters
+    ----------
+    step
+        A step of a search.
+    """
+    info = step.info
+    names = dict.fromkeys((*info.values, *info.expected))
+    lines = []
+    for name in names:
+        columns = [f"     {'>' if name == step.action else ' '} {name:<8}"]
+        if name in info.values:
+            columns.append(f"value {info.values[name]:8.1f}")
+        if name in info.visits:
+            columns.append(f"visits {info.visits[name]:6d}")
+        seen = info.expected.get(name)
+        if seen:
+            shown = ", ".join(f"{target} {percent(p, 1)}" for target, p in seen.items())
+            columns.append(f"expects to see {shown}")
+        lines.append("  ".join(columns))
+    lines += [f"       {name}: {_note_text(value)}" for name, value in info.notes.items()]
+    return lines
+
+
+def _note_text(value: object) -> str:
+    """Return a note in few words: moves by name, probabilities in per cent."""
+    if not isinstance(value, tuple):
+        return str(value)
+    return " ".join(percent(v, 1) if isinstance(v, float) else str(v) for v in value)

@@ -1,4 +1,4 @@
-"""`sloop map import` and `sloop map fetch`."""
+"""`sloop map` and its commands."""
 
 from __future__ import annotations
 
@@ -7,10 +7,43 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json
-from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.cli._options import Json
+from sloop_ppl.cli._output import print_data, print_json, progress
 
-__all__ = ["fetch", "import_"]
+__all__ = ["app"]
+
+app = typer.Typer(help="Look at maps.", no_args_is_help=True)
+
+
+@app.callback()
+def _maps() -> None:
+    pass
+
+
+@app.command("show")
+def show(
+    map_: Annotated[
+        str, typer.Argument(metavar="MAP", help="A bundled map's name or a .geojson file.")
+    ],
+    figure: Annotated[Path | None, typer.Option(help="Draw the map, .png .pdf .svg.")] = None,
+    grid: Annotated[bool, typer.Option("--grid", help="Draw the cells too.")] = False,
+    json: Json = False,
+) -> None:
+    """Show what is on a map."""
+    import sloop_ppl as sloop
+    from sloop_ppl.maps.summary import map_lines, summary
+    from sloop_ppl.plots import check_figure_path, plot_map, save_figure
+
+    if figure:
+        check_figure_path(figure)
+    city = sloop.load_map(map_)
+    if figure:
+        save_figure(plot_map(city, grid=grid), figure)
+    if json:
+        print_json(summary(city))
+    else:
+        print_data(*map_lines(city))
+
 
 Side = Annotated[float | None, typer.Option(help="Side of the square patch, metres.")]
 Cell = Annotated[float, typer.Option(help="Side of a cell, metres.")]
@@ -20,6 +53,7 @@ Name = Annotated[
 ]
 
 
+@app.command("import")
 def import_(
     file: Annotated[Path, typer.Argument(help="An .osm or .osm.pbf file.", show_default=False)],
     out: Out,
@@ -50,6 +84,7 @@ def import_(
     print_json(summary(city)) if json else print_data(f"{out}: {city}", *report.lines())
 
 
+@app.command("fetch")
 def fetch(
     place: Annotated[str, typer.Argument(help="What to search for.", show_default=False)],
     out: Out,

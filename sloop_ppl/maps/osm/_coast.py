@@ -7,10 +7,10 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.maps._shapes import parts_of_dimension
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.feature import OsmFeature, source_key
-from sloop_ppl.maps.osm.pieces import Piece
-from sloop_ppl.maps.shapes import parts_of_dimension
+from sloop_ppl.maps.osm._feature import OsmFeature, source_key
+from sloop_ppl.maps.osm._pieces import Piece
 
 __all__ = ["sea"]
 

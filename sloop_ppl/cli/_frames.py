@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import Json
-from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.cli._options import Json
+from sloop_ppl.cli._output import print_data, print_json, progress
 
 __all__ = ["app"]
 
@@ -96,7 +96,7 @@ def predict(
     import sloop_ppl as sloop
     from sloop_ppl.inference.landmark_frames import frame_lines, frame_report, frames_of
     from sloop_ppl.plots import check_figure_path, save_figure
-    from sloop_ppl.plots.frames import plot_frames
+    from sloop_ppl.plots.frame import plot_frames
 
     if figure:
         check_figure_path(figure)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli.options import (
+from sloop_ppl.cli._options import (
     Engine,
     Frames,
     Json,
@@ -20,7 +20,7 @@ from sloop_ppl.cli.options import (
     Variant,
     Viewpoint,
 )
-from sloop_ppl.cli.output import print_data, print_json, progress
+from sloop_ppl.cli._output import print_data, print_json, progress
 
 __all__ = ["infer"]
 
@@ -62,8 +62,8 @@ def infer(
         check_output(export, (".geojson", ".json"))
     import numpy as np
 
-    from sloop_ppl.bridge.formatting import belief_lines, belief_report, unresolved_lines
-    from sloop_ppl.bridge.requests import posterior_of
+    from sloop_ppl.bridge._formatting import belief_lines, belief_report, unresolved_lines
+    from sloop_ppl.bridge._requests import posterior_of
     from sloop_ppl.models import fitting_note
 
     posterior = posterior_of(

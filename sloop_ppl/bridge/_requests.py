@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sloop_ppl.bridge._timed_utterances import follow_up
 from sloop_ppl.bridge.facade import infer, parse
-from sloop_ppl.bridge.timed_utterances import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found
@@ -94,7 +94,7 @@ def posterior_of(
     targets
         File that declares the objects.
     model, variant, engine, frames
-        Names; see :func:`sloop_ppl.bridge.catalogue.names_of`.
+        Names; see :func:`sloop_ppl.bridge._catalogue.names_of`.
     params
         File of parameters.
     prior
