@@ -173,13 +173,7 @@ def _missed(text: str, candidates: tuple[str, ...]) -> str:
 
 
 def why_lines(step: Step) -> list[str]:
-    """Return a line for each action that the planner could take, the chosen one marked.
-
-    Parameters
-    ----------
-    step
-        A step of a search.
-    """
+    """Return a line for each action that the planner could take, the chosen one marked."""
     info = step.info
     names = dict.fromkeys((*info.values, *info.expected))
     lines = []

@@ -40,8 +40,6 @@ def model_of(
     ----------
     name
         A registered model, or ``FILE.py:NAME``; see :func:`sloop_ppl.models.user.load_model`.
-    variant
-        A name.
     frames
         Name of a frame predictor, or the path of its weights.
     params
@@ -87,24 +85,12 @@ def posterior_of(
 
     Parameters
     ----------
-    text
-        What was said.
     map_name
         A bundled map's name or a map file.
-    targets
-        File that declares the objects.
-    model, variant, engine, frames
-        Names; see :func:`sloop_ppl.bridge._catalogue.names_of`.
-    params
-        File of parameters.
     prior
         A name or file; see :func:`sloop_ppl.models.cell_prior`.
     viewpoint
         Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
-    truth
-        True places, for models that need them.
-    rng
-        Wanted by engines that draw.
 
     Raises
     ------
@@ -137,8 +123,6 @@ def saved_posterior(
         The map it should be of; its own when None.
     text
         English, read in the light of what was said before.
-    rng
-        Wanted by engines that draw.
 
     Raises
     ------

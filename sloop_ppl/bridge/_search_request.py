@@ -87,10 +87,6 @@ def run_request(
 
     Parameters
     ----------
-    request
-        Names, paths and numbers as they were typed.
-    notify
-        Takes each line of progress.
     on_posterior
         Called with the posterior before the search.
 

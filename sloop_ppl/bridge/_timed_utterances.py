@@ -63,8 +63,6 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
     ----------
     posterior
         Knows the targets and what was said of them.
-    text
-        English.
     before
         What was said after that and before this.
 

@@ -23,15 +23,11 @@ class BeliefTracker:
 
     Parameters
     ----------
-    posterior
-        What is believed at the start.
     utterances
         Steps taken -> what is said then.
     recovery_weight
         Share of the beliefs at the start that is mixed in when an observation is impossible; with 0
         it raises `BeliefCollapse`.
-    rng
-        Wanted by engines that draw.
 
     Notes
     -----

@@ -28,8 +28,6 @@ def check_tree(path: Path | None, step: int | None, planner: str) -> None:
         Where the tree goes; None when none is wanted.
     step
         Number of the decision, from 1; the last that was made with a tree when None.
-    planner
-        Name of the planner.
 
     Raises
     ------
@@ -57,8 +55,6 @@ class TreeKeeper:
 
     Parameters
     ----------
-    path
-        Where it is written.
     step
         Number of the decision, from 1; the last that was made with a tree when None.
     """

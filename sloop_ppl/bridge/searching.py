@@ -240,13 +240,7 @@ def search_legs(
 
 
 def check_map(posterior: Posterior, city: CityMap) -> None:
-    """Refuse a posterior that was made on another map.
-
-    Raises
-    ------
-    InputError
-        When it was.
-    """
+    """Refuse a posterior that was made on another map."""
     if posterior.city.digest != city.digest:
         raise InputError(
             f"The posterior was made on another map ('{posterior.city.name}', "
@@ -268,8 +262,6 @@ def imagined_places(
     ----------
     posterior
         What is believed. Where targets share a frame, they are drawn jointly.
-    known
-        The places that are known.
     rng
         Where they are drawn from, each from its own child stream.
     targets

@@ -13,13 +13,7 @@ __all__ = ["NearestIndex"]
 
 
 class NearestIndex:
-    """A spatial index over geometries, which it calls by their position in the sequence.
-
-    Parameters
-    ----------
-    geometries
-        Shapely geometries, metres.
-    """
+    """A spatial index over geometries (metres), called by their position in the sequence."""
 
     def __init__(self, geometries: Sequence[BaseGeometry]) -> None:
         self.geometries = np.array(geometries, dtype=object)

@@ -28,13 +28,6 @@ def nearest_landmark(city: CityMap, x_m: float, y_m: float) -> Landmark | None:
 def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
     """Say where a point is, such as "12 m southwest of Velvet Dog, on Johnson Court".
 
-    Parameters
-    ----------
-    city
-        The map.
-    x_m, y_m
-        The point, metres.
-
     Examples
     --------
     >>> from sloop_ppl.maps import load_map

@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from sloop_ppl.errors import InputError, MapError, UnknownName
 from sloop_ppl.maps._cache import BoundedCache
 from sloop_ppl.maps._proximity import NearestIndex
-from sloop_ppl.maps._window import window
+from sloop_ppl.maps._shapes import clip
 from sloop_ppl.maps.fields import BYTES_PER_CELL, LandmarkFields, landmark_fields
 from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
@@ -111,11 +111,10 @@ class CityMap:
 
     def of_kind(self, *kinds: str) -> tuple[Landmark, ...]:
         """Return the landmarks of the given kinds, in file order."""
-        key = "kinds", "\n".join(sorted(set(kinds)))
-        if key not in self._cache:
-            self._cache[key] = tuple(m for m in self.landmarks if m.kind in kinds)
-        found: tuple[Landmark, ...] = self._cache[key]
-        return found
+        return self._kept(
+            ("kinds", "\n".join(sorted(set(kinds)))),
+            lambda: tuple(m for m in self.landmarks if m.kind in kinds),
+        )
 
     def counts(self) -> dict[str, int]:
         """Return how many landmarks there are of each kind that occurs."""
@@ -201,8 +200,51 @@ class CityMap:
         return frontage(self, building_id)
 
     def window(self, center: tuple[float, float], side_m: float) -> CityMap:
-        """Return a square piece of the map; see :func:`sloop_ppl.maps._window.window`."""
-        return window(self, center, side_m)
+        """Return a square piece of the map as a map of its own.
+
+        Parameters
+        ----------
+        center
+            x and y of the middle of the piece, metres.
+        side_m
+            Its side, metres, > 0. Where it reaches over the map's border it is cut there.
+
+        Returns
+        -------
+        CityMap
+            The landmarks that reach into the piece, cut at its border. Frame, cell size and ids
+            stay: a place has the same coordinates on both. A poi keeps its `within` when that
+            building is in the piece too.
+
+        Raises
+        ------
+        InputError
+            When `side_m` is not a positive number.
+        OutsideMap
+            When the centre is not on the map.
+
+        Examples
+        --------
+        >>> from sloop_ppl.maps import load_map
+        >>> load_map("cleveland").window((0, 0), 50).grid.shape
+        (11, 11)
+        """
+        x, y = center
+        if not (math.isfinite(side_m) and side_m > 0):
+            raise InputError(f"side_m is {side_m}; expected a positive number of metres")
+        grid, half = self.grid, side_m / 2
+        grid.cell_at(x, y)  # refuses a centre that is not on the map
+        west, south = max(x - half, grid.west_m), max(y - half, grid.south_m)
+        east, north = min(x + half, grid.east_m), min(y + half, grid.north_m)
+        inside = []
+        for i in self.reaching_into(shapely.box(west, south, east, north)):
+            geometry = clip(self.landmarks[i].geometry, (west, south, east, north))
+            if geometry is not None:
+                inside.append(replace(self.landmarks[i], geometry=geometry))
+        ids = {m.id for m in inside}
+        landmarks = tuple(m if m.within in ids else replace(m, within=None) for m in inside)
+        smaller = Grid(west, south, east, north, grid.cell_m, grid.centre)
+        return replace(self, grid=smaller, landmarks=landmarks, _cache={})
 
     def bearing_to_nearest_path(self, landmark_id: str) -> float | None:
         """Return the direction from a landmark's centroid to the nearest path, radians.
@@ -230,11 +272,7 @@ class CityMap:
 
     def derived(self, what: str, make: Callable[[], T]) -> T:
         """Return what `make` computes from this map, computed once and kept under a name."""
-        key = "derived", what
-        if key not in self._cache:
-            self._cache[key] = make()
-        kept: T = self._cache[key]
-        return kept
+        return self._kept(("derived", what), make)
 
     def with_grid(self, grid: Grid) -> CityMap:
         """Return the same landmarks on other cells."""
@@ -243,23 +281,19 @@ class CityMap:
     @property
     def digest(self) -> str:
         """Hash of name, grid and landmarks, by which saved results know their map."""
-        if ("", "digest") not in self._cache:
-            payload = json.dumps(
-                [
-                    self.name,
-                    self.grid.shape,
-                    self.grid.extent_m,
-                    [[m.id, m.kind, m.name, m.geometry.wkt] for m in self.landmarks],
-                ]
-            )
-            self._cache["", "digest"] = hashlib.sha256(payload.encode()).hexdigest()[:16]
-        digest: str = self._cache["", "digest"]
-        return digest
+        return self._kept(("", "digest"), self._digest)
+
+    def _digest(self) -> str:
+        landmarks = [[m.id, m.kind, m.name, m.geometry.wkt] for m in self.landmarks]
+        payload = json.dumps([self.name, self.grid.shape, self.grid.extent_m, landmarks])
+        return _hash(payload.encode())[:16]
 
     def _cached(self, what: str, landmark_id: str, make: Callable[[Landmark], T]) -> T:
-        key = what, landmark_id
+        return self._kept((what, landmark_id), lambda: make(self.landmark(landmark_id)))
+
+    def _kept(self, key: tuple[str, str], make: Callable[[], T]) -> T:
         if key not in self._cache:
-            self._cache[key] = make(self.landmark(landmark_id))
+            self._cache[key] = make()
         value: T = self._cache[key]
         return value
 

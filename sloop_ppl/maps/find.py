@@ -57,8 +57,6 @@ def find(landmarks: Sequence[Landmark], name: str, limit: int = 5) -> tuple[Land
 
     Parameters
     ----------
-    landmarks
-        Where to look.
     name
         A name, an id, an alias or a kind ("the cafe", "bank"); case, accents, punctuation and a
         leading article do not matter.

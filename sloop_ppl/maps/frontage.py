@@ -114,15 +114,8 @@ def frontage(city: _City, building_id: str) -> Frontage:
 
     Parameters
     ----------
-    city
-        The map.
     building_id
         Id of a building, or of anything else that stands somewhere.
-
-    Raises
-    ------
-    UnknownName
-        When the map has no such landmark.
 
     Notes
     -----
@@ -147,10 +140,6 @@ def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tup
 
     Parameters
     ----------
-    city
-        The map.
-    building_id
-        Id of the building.
     within_m
         How far a street may be from the building's wall, metres.
 
@@ -159,11 +148,6 @@ def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tup
     tuple of Landmark
         Named streets, service roads and pedestrian ways within reach that no other building
         stands in front of.
-
-    Raises
-    ------
-    UnknownName
-        When the map has no such landmark.
     """
     building = city.landmark(building_id)
     walls = city.footprint(building_id)

@@ -58,7 +58,7 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
         return
     sizes = [size for size in _BLOCKS if size <= max(c1 - c0, r1 - r0)]
     half = grid.cell_m / 2
-    rows, cols = _corners(r0, r1, sizes[0]), _corners(c0, c1, sizes[0])
+    rows, cols = np.arange(r0, r1, sizes[0]), np.arange(c0, c1, sizes[0])
     row, col = (a.ravel() for a in np.meshgrid(rows, cols, indexing="ij"))
     shapely.prepare(geometry)
     for size, finer in zip(sizes, [*sizes[1:], None], strict=True):
@@ -78,10 +78,6 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
         for r, c in zip(row[inside], col[inside], strict=True):
             cells[r : min(r + size, r1), c : min(c + size, c1)] = True
         row, col = _split(row[hit & ~inside], col[hit & ~inside], size, finer, r1, c1)
-
-
-def _corners(first: int, last: int, size: int) -> NDArray[np.intp]:
-    return np.arange(first, last, size)
 
 
 def _split(

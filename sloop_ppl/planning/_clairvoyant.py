@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._search_tables import next_poses
+from sloop_ppl.planning.obstacles import Offsets
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
@@ -25,8 +26,6 @@ From 1.3 to 2 it makes no difference to what the plans are worth.
 
 FLOOD_POSES = 2_000_000
 """Poses up to which shortest ways are counted; beyond they are estimated."""
-
-Offsets = tuple[tuple[int, int], ...]
 
 
 class Rewards(NamedTuple):
@@ -61,10 +60,7 @@ def rewards_of(space: SearchSpace) -> Rewards:
 def clairvoyant_bounds(space: SearchSpace) -> NDArray[np.float32]:
     """Return the discounted return of driving to a known target and finding it, by offset.
 
-    Parameters
-    ----------
-    space
-        The search space; its obstacles are left out.
+    Obstacles are left out.
 
     Returns
     -------
@@ -128,8 +124,6 @@ def count_moves(
         Odd numbers of offsets, rows and columns.
     offsets
         Rows, columns and eighths of a turn of each move by heading, shape (A, 8, 3).
-    fans
-        What is in view, by heading.
 
     Returns
     -------

@@ -305,16 +305,10 @@ def explore(
 
     Parameters
     ----------
-    path_map, objective, value_bound
-        The map, what counts, and what is promised.
     tree
         Array of `NODE`, shape (N,); node 0 is the root, with its pose and remaining mass set.
-    state, found
-        Room.
     sims
         How many simulations to run, about.
-    depth
-        How many moves T the paths have.
     hint
         Moves of a path to go on with in any case, such as the rest of the last plan.
     """

@@ -139,18 +139,7 @@ def greedy_path(
     """Fill in the moves to the pose with the most discounted mass in view; return how many.
 
     It is the path of the planner ``greedy``: to the first pose p, by number of moves n(p), that
-    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``.
-
-    Parameters
-    ----------
-    path_map, objective
-        The map, and what counts.
-    start
-        The robot's pose.
-    scouts
-        Room.
-    moves
-        Room for the moves; a longer path is cut.
+    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``, as far as `moves` goes.
     """
     scouts.steps[:] = -1
     scouts.steps[start], scouts.queue[0] = 0, start
@@ -197,20 +186,7 @@ def detection_masses(
     """Fill in how many targets each pose of a path is expected to be the first to show.
 
     At pose t it is ``hit * sum of m over its view``, after which each m there becomes
-    ``(1 - hit) * m``.
-
-    Parameters
-    ----------
-    path_map
-        The map.
-    mass
-        Expected number of targets by cell of the bordered map, shape (G,); changed.
-    hit
-        Probability of detecting what is in view.
-    poses
-        The path.
-    detected
-        All zeros; filled in, shape as `poses`.
+    ``(1 - hit) * m``: `mass`, shape (G,), is changed. `detected` is all zeros before.
     """
     for i in range(len(poses)):
         pose = poses[i]

@@ -312,13 +312,7 @@ register_native(SearchData, NativeFunctions(draw, legal, step, policy, rollout))
 
 
 class NativeSearch:
-    """The search as a `NativeModel`.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    """
+    """The search as a `NativeModel`."""
 
     def __init__(self, space: SearchSpace) -> None:
         self.space = space

@@ -249,12 +249,7 @@ def likeliest_poses(space: SearchSpace) -> NDArray[np.int32]:
 def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
     """Return the fewest moves from one pose to every other, by breadth-first search.
 
-    Parameters
-    ----------
-    pose
-        Where the robot is.
-    nexts
-        What `likeliest_poses` returned.
+    `nexts` is what `likeliest_poses` returned.
     """
     steps = np.full(nexts.shape[1], -1, dtype=np.int32)
     first = np.zeros(nexts.shape[1], dtype=np.int8)
@@ -275,14 +270,9 @@ def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
 
 
 def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the expected number of targets in view from each pose, shape (H * W * 8,).
+    """Return the expected number of targets in view from each pose, shape (P,).
 
-    Parameters
-    ----------
-    space
-        The search space.
-    tables
-        Belief of each target to count, each of shape (H * W,).
+    `tables` are the beliefs of the targets to count, each of shape (H * W,).
     """
     if space.hides:
         total = np.sum(tables, axis=0)

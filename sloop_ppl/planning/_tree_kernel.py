@@ -146,20 +146,12 @@ def grow(
 
     Parameters
     ----------
-    data, belief
-        The domain's data and the belief at the root.
     tree
         The tree; it must have room for one more node per simulation.
-    size
-        How many nodes it has.
-    budget
-        Parameters of the search.
     random
         Stream of random numbers, a vector of one uint64.
     state
         A vector to hold states, int64, shape (S,).
-    scratch
-        What `new_scratch` returned for the depth.
     """
     n_actions = tree.counts.shape[1]
     path, rewards = scratch.path, scratch.rewards

@@ -131,19 +131,10 @@ def bound_from(value_bound: ValueBound, pose: int, n_cols: int) -> float:
 
 @jit
 def set_mass(value_bound: ValueBound, mass: NDArray[np.float64], n_cols: int) -> None:
-    """Take other masses of the blocks; sums are kept where few blocks changed but by a factor.
+    """Take other masses of the blocks, shape (B,); sums are kept where few changed but by a factor.
 
     After a look that showed nothing, all of the belief grows by one factor except in the few
     blocks in view. So ``V' = factor * V + sum over those blocks of (M'_b - factor * M_b) v(p, b)``.
-
-    Parameters
-    ----------
-    value_bound
-        Changed.
-    mass
-        Expected number of targets in each block, shape (B,).
-    n_cols
-        Columns of the map.
     """
     blocks, taken = value_bound.blocks, value_bound.taken
     scale, changed = 0.0, 0

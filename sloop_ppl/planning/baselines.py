@@ -22,7 +22,26 @@ __all__ = ["Greedy", "Random", "find_value"]
 
 
 @dataclass(frozen=True)
-class Greedy:
+class _NoSettings:
+    """A planner without settings of its own."""
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings as they are."""
+        return config
+
+
+class _NothingKept:
+    """A running planner that decides each step anew; the belief tells it all."""
+
+    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
+        """Learn nothing."""
+
+    def forget(self) -> None:
+        """Forget nothing."""
+
+
+@dataclass(frozen=True)
+class Greedy(_NoSettings):
     """Take the first move towards the pose that maximises ``discount ** steps * visible belief``.
 
     Every reachable pose counts, at its fewest steps, each move taken at its most probable outcome.
@@ -32,17 +51,13 @@ class Greedy:
 
     name = "greedy"
 
-    def settings(self, config: SearchConfig) -> SearchConfig:
-        """Return the settings as they are."""
-        return config
-
     def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
         """Return a planner for one search."""
         del rng
         return _GreedyRun(space)
 
 
-class _GreedyRun:
+class _GreedyRun(_NothingKept):
     """Greed in the course of one search."""
 
     def __init__(self, space: SearchSpace) -> None:
@@ -79,22 +94,12 @@ class _GreedyRun:
         seconds = time.perf_counter() - begun
         return space.moves[best], PlanInfo("greedy", seconds=seconds, values=values)
 
-    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
-        """Learn nothing; the belief tells it all."""
-
-    def forget(self) -> None:
-        """Forget nothing; nothing is kept between decisions."""
-
 
 @dataclass(frozen=True)
-class Random:
+class Random(_NoSettings):
     """Take any valid action, each as likely."""
 
     name = "random"
-
-    def settings(self, config: SearchConfig) -> SearchConfig:
-        """Return the settings as they are."""
-        return config
 
     def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
         """Return a planner for one search; its choices are drawn from `rng`."""
@@ -102,7 +107,7 @@ class Random:
         return _RandomRun(scalar_rng(rng))
 
 
-class _RandomRun:
+class _RandomRun(_NothingKept):
     """Random choices in the course of one search."""
 
     def __init__(self, rng: random.Random) -> None:
@@ -115,12 +120,6 @@ class _RandomRun:
         actions = agent.valid_actions(state=state, history=agent.history)
         action: SearchAction = self._rng.choice(actions)
         return action, PlanInfo("random", seconds=time.perf_counter() - begun)
-
-    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
-        """Learn nothing."""
-
-    def forget(self) -> None:
-        """Forget nothing."""
 
 
 def find_value(belief: GridBelief, find: SearchAction) -> float:

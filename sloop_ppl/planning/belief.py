@@ -230,12 +230,6 @@ def observation_likelihoods(
 
     Parameters
     ----------
-    space
-        The search space.
-    robot, next_robot
-        The robot before and after the step.
-    action, observation
-        What was done and observed.
     pose
         Where the sensor was, metres; the middle of the robot's cell when None.
     """

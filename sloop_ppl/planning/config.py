@@ -21,15 +21,13 @@ SLIPS = ("stay_rate", "overshoot_rate", "overturn_rate")
 REWARDS = ("move_reward", "right_find_reward", "wrong_find_reward", "collision_reward")
 
 
-_OF_THE_FAN = (
-    "sensor_range_cells",
-    "sensor_min_range_cells",
-    "fov_deg",
-    "occlusion",
-    "true_positive_rate",
-    "false_positive_rate",
-    "position_noise_cells",
-)
+_SETTINGS_OF = {
+    "sensor": (
+        "sensor_range_cells", "sensor_min_range_cells", "fov_deg", "occlusion",
+        "true_positive_rate", "false_positive_rate", "position_noise_cells",
+    ),
+    "motion": ("step_cells", "turn_deg", *SLIPS),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -218,29 +216,23 @@ class SearchConfig:
             lines.append(f"a horizon of {self.depth} steps (depth)")
         return (f"set by the size of the map: {', '.join(lines)}",) if lines else ()
 
-    def refuse_sensor_settings(self, sensor: str) -> None:
-        """Refuse settings of the fan where another sensor takes its place.
+    def refuse_settings_of(self, what: str, kind: str) -> None:
+        """Refuse settings of the fan, or of the moves, where another takes its place.
+
+        Parameters
+        ----------
+        what
+            ``"sensor"`` or ``"motion"``.
+        kind
+            What takes its place, for the message.
 
         Raises
         ------
         InputError
             When one is not at its default; the message names it.
         """
-        self._refuse(_OF_THE_FAN, "sensor", sensor)
-
-    def refuse_motion_settings(self, motion: str) -> None:
-        """Refuse settings of the moves where another motion takes their place.
-
-        Raises
-        ------
-        InputError
-            When one is not at its default; the message names it.
-        """
-        self._refuse(("step_cells", "turn_deg", *SLIPS), "motion", motion)
-
-    def _refuse(self, names: tuple[str, ...], what: str, kind: str) -> None:
         defaults = {f.name: f.default for f in fields(self)}
-        for name in names:
+        for name in _SETTINGS_OF[what]:
             if getattr(self, name) != defaults[name]:
                 raise InputError(
                     f"{name} is {getattr(self, name)}, but the {what} is a {kind}, which has its "

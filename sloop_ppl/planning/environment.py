@@ -352,8 +352,6 @@ def start_pose(
     start
         x and y in metres and, if given, heading in degrees, a multiple of 45; or a `Pose`, taken
         as it is; when None, any cell that is free, heading east.
-    space
-        The search space.
     rng
         Where the cell is drawn from, by its own child stream.
 

@@ -43,11 +43,6 @@ def expected_sightings(belief: GridBelief) -> Mapping[str, Mapping[str, float]]:
 def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     """Say of each target how much of its belief no search can bring into view in time.
 
-    Parameters
-    ----------
-    belief
-        The belief and the robot at the start.
-
     Returns
     -------
     tuple of str
@@ -113,14 +108,10 @@ def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bo
 
 
 def tree_to_json(root: Any, depth: int, n_cols: int | None = None) -> dict[str, Any]:
-    """Return the top of a tree of ``pomdp_py.POUCT`` or POMCP as JSON values.
+    """Return the top of a tree of ``pomdp_py.POUCT`` or POMCP, to some depth in actions, as JSON.
 
     Parameters
     ----------
-    root
-        A node of the tree, such as ``agent.tree``.
-    depth
-        How many actions deep to go.
     n_cols
         Columns of the grid, by which cells in observations are named.
 

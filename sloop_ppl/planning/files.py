@@ -35,8 +35,6 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    episode
-        The episode.
     **extra
         Members to add, such as ``model`` and ``seed``.
 

@@ -189,9 +189,6 @@ class SearchEnv(_Env):
         large = np.kron(picture[::-1], np.ones((PIXELS, PIXELS, 1)))
         return (large * 255).astype(np.uint8)
 
-    def close(self) -> None:
-        """Release nothing."""
-
     def _observed(self) -> dict[str, Any]:
         robot = self.belief.robot
         found = [robot.found >> i & 1 for i in range(len(self.space.target_ids))]

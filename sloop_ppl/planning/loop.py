@@ -255,15 +255,7 @@ def _planned(robot: RobotState, action: SearchAction, after: RobotState) -> Robo
 
 
 class _Record:
-    """Collects what happens, in metres.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    keep_beliefs
-        Keep the beliefs at every pose.
-    """
+    """Collects what happens, in metres."""
 
     def __init__(self, space: SearchSpace, keep_beliefs: bool) -> None:
         self._space, self._keep = space, keep_beliefs

@@ -74,13 +74,7 @@ class PathSearch:
 
 
 class RunningPathSearch:
-    """The path search in the course of one search.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    """
+    """The path search in the course of one search."""
 
     def __init__(self, space: SearchSpace) -> None:
         self._space = space

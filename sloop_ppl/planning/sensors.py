@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.planning.obstacles import Offsets, is_blocked
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.user_file import load_from_file
 
@@ -25,17 +25,14 @@ __all__ = [
     "FanSensor",
     "MaskSensor",
     "Sensor",
-    "cells_between",
     "check_sensor",
     "checked_reports",
     "fan_offsets",
-    "is_blocked",
     "is_hashable",
     "load_sensor",
 ]
 
 Place = tuple[float, float]
-Offsets = tuple[tuple[int, int], ...]
 
 # Takes rounding out of comparisons between distances (cells) and angles (radians).
 _SLACK = 1e-9
@@ -426,55 +423,6 @@ def _in_fan(
     return seen
 
 
-def is_blocked(
-    closed: frozenset[int], n_cols: int, row: int, col: int, rows: int, cols: int
-) -> bool:
-    """Tell whether closed cells stand between a cell and the one at an offset from it."""
-    return any(
-        all((row + r) * n_cols + col + c in closed for r, c in choices)
-        for choices in cells_between(rows, cols)
-    )
-
-
-@cache
-def cells_between(rows: int, cols: int) -> tuple[Offsets, ...]:
-    """Return the cells strictly between a cell and another one, seen along a straight line.
-
-    Parameters
-    ----------
-    rows, cols
-        Where the other cell is, cells north and east.
-
-    Returns
-    -------
-    tuple
-        One entry per step along the longer axis: the one cell that the line runs through or,
-        where it runs along the border of two, both; it is blocked when all of them are.
-
-    Examples
-    --------
-    >>> cells_between(0, 3)
-    (((0, 1),), ((0, 2),))
-    >>> cells_between(1, 2)
-    (((0, 1), (1, 1)),)
-    """
-    n = max(abs(rows), abs(cols))
-    between = []
-    for k in range(1, n):
-        across = [(r, c) for r in _nearest(rows * k, n) for c in _nearest(cols * k, n)]
-        between.append(tuple(across))
-    return tuple(between)
-
-
-def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
-    """Return the whole number nearest to a fraction, or both when two are equally near."""
-    low = numerator // denominator
-    over = 2 * (numerator - low * denominator)
-    if over == denominator:
-        return low, low + 1
-    return (low,) if over < denominator else (low + 1,)
-
-
 def is_hashable(value: object) -> bool:
     """Tell whether the tree searches can branch on a report."""
     try:
@@ -507,13 +455,7 @@ def checked_reports(sensor: object, reports: Any) -> dict[str, Any]:
 
 
 def check_sensor(sensor: object) -> None:
-    """Refuse what is no sensor.
-
-    Raises
-    ------
-    InputError
-        When it lacks one of the methods, or is a class.
-    """
+    """Refuse what is no sensor: a class, or what lacks one of the methods."""
     if isinstance(sensor, type) or not isinstance(sensor, Sensor):
         raise InputError(f"The sensor is a {type(sensor).__name__}; expected {_WANTED}")
 
@@ -531,8 +473,6 @@ def load_sensor(spec: str, city: CityMap) -> Sensor:
     ----------
     spec
         ``FILE.py:NAME`` of a sensor, or of a class or function that makes one of a map.
-    city
-        The map.
 
     Raises
     ------

@@ -20,15 +20,13 @@ from sloop_ppl.planning.motion import (
     SlippingMotion,
     move_table,
 )
-from sloop_ppl.planning.obstacles import tall_cells
+from sloop_ppl.planning.obstacles import Offsets, is_blocked, tall_cells
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.planning.sensors import (
     FanSensor,
     MaskSensor,
-    Offsets,
     Sensor,
     check_sensor,
-    is_blocked,
     load_sensor,
 )
 from sloop_ppl.planning.values import RobotState, SearchAction
@@ -104,9 +102,9 @@ class SearchSpace:
         self.motion = _moves(grid.cell_m, config) if motion is None else motion
         if sensor is not None:
             check_sensor(sensor)
-            config.refuse_sensor_settings(type(sensor).__name__)
+            config.refuse_settings_of("sensor", type(sensor).__name__)
         if motion is not None:
-            config.refuse_motion_settings(type(motion).__name__)
+            config.refuse_settings_of("motion", type(motion).__name__)
         self.move_table: MoveTable = move_table(self.motion, grid.cell_m)
         self._robots: dict[tuple[int, int, int, bool, bool], RobotState] = {}
         self._views: dict[int, frozenset[int]] = {}

@@ -232,15 +232,7 @@ class _PomcpRun:
 
 
 class PouctFallback:
-    """POUCT in the place of ``fast``, for a sensor whose reports no kernel knows.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    rng
-        Where rollouts draw from.
-    """
+    """POUCT in the place of ``fast``, for a sensor whose reports no kernel knows."""
 
     def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
         kind = type(space.sensor).__name__

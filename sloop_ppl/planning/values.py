@@ -56,6 +56,10 @@ def _same(self: Any, _memo: object = None) -> Any:
     return self
 
 
+def _differs(self: object, other: object) -> bool:
+    return not self.__eq__(other)
+
+
 class SearchAction(Action):
     """One of the actions; there is one object per name, index and target.
 
@@ -82,15 +86,13 @@ class SearchAction(Action):
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = _same
+    __ne__ = _differs  # pomdp-py has one of its own, which would stay
 
     def __eq__(self, other: object) -> bool:
         return self is other or (
             isinstance(other, SearchAction)
             and (self.name, self.index, self.marks) == (other.name, other.index, other.marks)
         )
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]
@@ -187,6 +189,7 @@ class RobotState(ObjectState):
     __setattr__ = _refuse
     __setitem__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     @property
     def cell(self) -> tuple[int, int]:
@@ -231,9 +234,6 @@ class RobotState(ObjectState):
             and self.collided == other.collided
         )
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]
 
@@ -256,12 +256,10 @@ class TargetState(ObjectState):
 
     __setitem__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, TargetState) and self.attributes == other.attributes
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return hash(self.attributes["cell"])
@@ -291,6 +289,7 @@ class SearchState(OOState):
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     @property
     def object_states(self) -> Mapping[str, ObjectState]:
@@ -329,9 +328,6 @@ class SearchState(OOState):
             and self.robot == other.robot
             and self.cells == other.cells
         )
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return hash((self.robot, self.cells))
@@ -382,6 +378,7 @@ class SearchObservation(Observation):
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = _same
+    __ne__ = _differs
 
     def __eq__(self, other: object) -> bool:
         return self is other or (
@@ -390,9 +387,6 @@ class SearchObservation(Observation):
             and self.found == other.found
             and self.pose == other.pose
         )
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]

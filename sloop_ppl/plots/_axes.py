@@ -51,15 +51,7 @@ def stroke(ax: Axes) -> float:
 
 
 def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
-    """Set limits, aspect and labels of an axes that shows a map.
-
-    Parameters
-    ----------
-    ax
-        The axes.
-    extent_m
-        West, south, east and north limit, metres.
-    """
+    """Set limits (west, south, east, north; metres), aspect and labels of an axes with a map."""
     west, south, east, north = extent_m
     size = font_pt(width_in(ax))
     ax.set_xlim(west, east)

@@ -88,19 +88,13 @@ def mode_of(belief: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
 def draw_cells(
     ax: Axes, values: NDArray[np.float64], grid: Grid, *, zorder: float = 2.0, **style: Any
 ) -> AxesImage:
-    """Draw values over the cells of a map, row 0 in the south.
+    """Draw values over the cells of a map, row 0 in the south; the limits are left alone.
 
     Parameters
     ----------
-    ax
-        Axes in metres; its limits are left alone.
     values
         Shape (H, W); cells below half a per cent of the greatest are left clear unless `style`
         holds a ``norm`` or a ``vmin`` of its own.
-    grid
-        The cells.
-    **style
-        Passed on to ``Axes.imshow``.
     """
     west, south, east, north = grid.cells_extent_m
     limits = ax.get_xlim(), ax.get_ylim()

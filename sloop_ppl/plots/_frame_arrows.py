@@ -62,10 +62,6 @@ def draw_frames(
 
     Parameters
     ----------
-    ax
-        Axes in metres.
-    city
-        The map.
     frames
         Directions; those with a probability below 0.3 are left out, equal ones drawn once.
 

@@ -93,8 +93,6 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
 
     Parameters
     ----------
-    ax
-        The axes.
     handles
         Artists with labels, or tuples of them drawn on each other; none means no legend.
     layer

@@ -37,18 +37,10 @@ class Label:
 
     Parameters
     ----------
-    text
-        The name.
     geometry
         What it names, metres: a point, a line or an area.
-    colour
-        Colour of the letters.
     size
         Size as a multiple of the map's label size.
-    weight
-        Font weight.
-    style
-        Font style.
     must
         True when it is to be placed even where it overhangs what it names.
     gap_pt

@@ -48,17 +48,7 @@ def robot_path(heading_rad: float) -> Path:
 
 
 def sparse_steps(poses: Sequence[Any], side_m: float, most: int = 14) -> list[int]:
-    """Return the steps to number: few, and none where an earlier one stands close by.
-
-    Parameters
-    ----------
-    poses
-        ``(x_m, y_m, heading_rad)`` by step.
-    side_m
-        Side of the map, metres.
-    most
-        How many to number at most.
-    """
+    """Return the steps to number: few, and none where an earlier one stands close by."""
     every = max(1, math.ceil(len(poses) / most))
     rounded = next(n for n in (1, 2, 5, 10, 20, 25, 50, 100, every) if n >= every)
     chosen: list[int] = []
@@ -76,8 +66,6 @@ def seen_image(views: Any, shape: tuple[int, int], alpha: float = 0.17) -> NDArr
     ----------
     views
         True on the cells in view, shape (steps, H, W).
-    shape
-        (H, W).
     alpha
         Opacity of a cell seen once, in [0, 1].
     """
@@ -129,10 +117,7 @@ def draw_path(ax: Axes, poses: Sequence[Any]) -> list[Any]:
 def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]:
     """Mark each find with a tick where it was right and a cross where it was wrong.
 
-    Returns
-    -------
-    tuple
-        Handles for a legend and the discs drawn, which labels had better avoid.
+    Return handles for a legend, and the discs drawn, which labels had better avoid.
     """
     finds = [
         (tuple(pose[:2]), reward > 0)

@@ -49,8 +49,6 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
     ----------
     frames
         RGB pictures of equal size, at least one.
-    path
-        Where to write it.
     fps
         Frames a second, > 0; the last frame stays for two seconds.
     """
@@ -85,12 +83,6 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
     ----------
     frames
         RGB pictures of equal and even size, at least one.
-    path
-        Where to write it.
-    fps
-        Frames a second, > 0.
-    ffmpeg
-        Path of the program.
 
     Raises
     ------

@@ -121,15 +121,7 @@ def outcome(episode: EpisodeLike) -> str:
 
 
 def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:
-    """Return one picture of several beliefs: each scaled to its peak, the greatest of them.
-
-    Parameters
-    ----------
-    beliefs
-        Belief of each target, shape (H, W).
-    city
-        The map.
-    """
+    """Return one picture of several beliefs: each scaled to its peak, the greatest of them."""
     scaled = [np.zeros(city.grid.shape)]
     for name, belief in beliefs.items():
         table = check_cells(belief, city, f"The belief of '{name}'")

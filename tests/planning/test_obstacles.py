@@ -17,8 +17,7 @@ from sloop_ppl.planning import (
     run_search,
 )
 from sloop_ppl.planning._search_tables import likeliest_poses, visible_mass
-from sloop_ppl.planning.obstacles import height_m, tall_cells
-from sloop_ppl.planning.sensors import cells_between
+from sloop_ppl.planning.obstacles import cells_between, height_m, tall_cells
 
 
 def building(**properties):

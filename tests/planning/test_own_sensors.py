@@ -24,7 +24,7 @@ from sloop_ppl.planning import (
     run_search,
 )
 from sloop_ppl.planning._search_tables import hidden_cells, visible_mass
-from sloop_ppl.planning.sensors import cells_between
+from sloop_ppl.planning.obstacles import cells_between
 
 SHAPE = (7, 9)
 CITY = city_of(*SHAPE)

@@ -21,13 +21,7 @@ _DOOR_TAGS = ("name", "ref", "addr:street", "addr:housenumber", "addr:unit", "wh
 
 
 class Buildings:
-    """The buildings of a map in the making, found by place.
-
-    Parameters
-    ----------
-    pieces
-        The landmarks in the making, buildings among them.
-    """
+    """The buildings of a map in the making, found by place."""
 
     def __init__(self, pieces: list[Piece]) -> None:
         self.pieces = [p for p in pieces if p.kind == "building" and p.is_area]
@@ -44,14 +38,7 @@ class Buildings:
     def take_doors(self, features: list[OsmFeature], lonlat: Any, report: ImportReport) -> None:
         """Keep entrances on the building whose wall they are in, main ones first.
 
-        Parameters
-        ----------
-        features
-            Features in metres.
-        lonlat
-            Converts x and y, metres, to longitude and latitude.
-        report
-            Counts them.
+        Features are in metres; `lonlat` converts x and y, metres, to longitude and latitude.
         """
         doors: defaultdict[int, list[tuple[Any, ...]]] = defaultdict(list)
         for feature in features:

@@ -85,8 +85,6 @@ def classify(tags: Mapping[str, str], shape: str) -> Sort | None:
 
     Parameters
     ----------
-    tags
-        Its tags.
     shape
         ``"point"``, ``"line"`` or ``"area"``.
 

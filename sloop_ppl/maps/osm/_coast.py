@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.maps._shapes import parts_of_dimension
@@ -21,13 +20,6 @@ _SURE = 0.9
 def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
     """Return the sea within a grid's extent as one nameless water; None when no coast crosses it.
 
-    Parameters
-    ----------
-    features
-        Features in metres; those with ``natural=coastline`` count.
-    grid
-        The grid.
-
     Notes
     -----
     The coast cuts the extent into faces. A face is sea when it lies on the right of the coast along
@@ -40,7 +32,9 @@ def sea(features: list[OsmFeature], grid: Grid) -> Piece | None:
     shore = [part for part in shore if part.geom_type == "LineString" and part.length > 0]
     if not shore:
         return None
-    faces = shapely.get_parts(shapely.polygonize([_noded([box.exterior, *shore])]))
+    # Cut wherever lines meet, for polygonize takes them as they are.
+    noded = shapely.get_parts(shapely.union_all([box.exterior, *shore]))
+    faces = shapely.get_parts(shapely.polygonize([shapely.geometrycollections(noded)]))
     wet = [face for face in faces if _is_sea(face, shore)]
     if not wet:
         return None
@@ -57,12 +51,6 @@ def _line(feature: OsmFeature) -> BaseGeometry | None:
     return feature.geometry if feature.geometry.geom_type == "LineString" else None
 
 
-def _noded(lines: list[BaseGeometry]) -> BaseGeometry:
-    """Return lines cut wherever they meet, as one collection."""
-    cut: BaseGeometry = shapely.geometrycollections(shapely.get_parts(shapely.union_all(lines)))
-    return cut
-
-
 def _is_sea(face: BaseGeometry, shore: list[BaseGeometry]) -> bool:
     right = left = 0.0
     shapely.prepare(face)
@@ -73,11 +61,6 @@ def _is_sea(face: BaseGeometry, shore: list[BaseGeometry]) -> bool:
         some = length > 0
         middle, along, length = ((ends[:-1] + ends[1:]) / 2)[some], along[some], length[some]
         beside = _BESIDE_M * np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
-        right += float(length[_holds(face, middle + beside)].sum())
-        left += float(length[_holds(face, middle - beside)].sum())
+        right += float(length[shapely.contains_xy(face, middle + beside)].sum())
+        left += float(length[shapely.contains_xy(face, middle - beside)].sum())
     return right > 0 and right >= _SURE * (right + left)
-
-
-def _holds(face: BaseGeometry, places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    held: NDArray[np.bool_] = shapely.contains_xy(face, places[:, 0], places[:, 1])
-    return held

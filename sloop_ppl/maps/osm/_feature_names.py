@@ -40,8 +40,6 @@ def aliases(
     ----------
     tags
         Its tags. Several names in one tag are parted by ``;``.
-    name
-        Its name.
     languages
         Languages whose ``name:xx`` counts, beside English.
     """

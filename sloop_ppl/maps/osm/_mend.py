@@ -22,16 +22,8 @@ Unmade = tuple[dict[str, str], tuple[tuple[int, str], ...]]
 def mended(path: Path, relations: Mapping[str, Unmade], report: ImportReport) -> list[OsmFeature]:
     """Return areas, in degrees, of the relations all of whose ways the file holds.
 
-    What the outer ways enclose is taken, less what the inner ways enclose.
-
-    Parameters
-    ----------
-    path
-        The file.
-    relations
-        The relations by source.
-    report
-        Counts those that are incomplete, repaired and broken.
+    What the outer ways enclose is taken, less what the inner ways enclose. The report counts the
+    relations that are incomplete, repaired and broken.
     """
     if not relations:
         return []

@@ -65,7 +65,9 @@ def _joined(group: list[Piece]) -> list[Piece]:
 
 
 def _one_line(lines: list[Piece]) -> Piece:
-    kind = next(k for k in ("street", "pedestrian", "service", "water") if _any_of(lines, k))
+    kind = next(
+        k for k in ("street", "pedestrian", "service", "water") if any(p.kind == k for p in lines)
+    )
     along = [p for p in lines if p.tags.get("footway") not in _BESIDE] or lines
     first = max((p for p in along if p.kind == kind), key=lambda p: p.geometry.length, default=None)
     chief = first or max(along, key=lambda p: p.geometry.length)
@@ -107,7 +109,3 @@ def _absorb(host: Piece, guest: Piece) -> None:
 def _runs_within(line: Piece, area: BaseGeometry) -> bool:
     inside = shapely.intersection(line.geometry, area.buffer(_REACH_M)).length
     return bool(inside >= _INSIDE_SHARE * line.geometry.length)
-
-
-def _any_of(pieces: list[Piece], kind: str) -> bool:
-    return any(p.kind == kind for p in pieces)

@@ -23,17 +23,7 @@ def drawn_id(number: int) -> int:
 def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
     """Write a copy with nodes, ways and relations by number, the newest version of each.
 
-    Parameters
-    ----------
-    path
-        The file.
-    folder
-        Where to write the copy.
-
-    Returns
-    -------
-    tuple
-        The copy, and how many objects the file holds more than once.
+    Return the copy, and how many objects the file holds more than once.
     """
     import osmium
 

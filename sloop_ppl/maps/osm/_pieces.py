@@ -29,8 +29,6 @@ class Piece:
         The features it is made of, the first one gives it its place in the order.
     kind, word
         See `Sort`.
-    name
-        What people call it, if anything.
     tags
         Tags, of the largest feature when there are several.
     geometry

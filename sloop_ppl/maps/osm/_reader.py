@@ -57,8 +57,6 @@ def read_osm(path: Path, bounds: Bounds | None, report: ImportReport) -> OsmData
         ``.osm`` XML or ``.osm.pbf``, compressed or not.
     bounds
         What to keep, degrees; everything when None.
-    report
-        Counts what is read and left out.
 
     Raises
     ------

@@ -23,8 +23,6 @@ def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
         Latitude and longitude, degrees.
     side_m
         Side of the square, metres, > 0.
-    cell_m
-        Side of a cell, metres, > 0.
 
     Raises
     ------
@@ -49,8 +47,6 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
     ----------
     bbox
         West, south, east and north, degrees.
-    cell_m
-        Side of a cell, metres, > 0.
 
     Raises
     ------

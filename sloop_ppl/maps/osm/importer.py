@@ -71,7 +71,7 @@ def import_osm(
     MapError
         When the file cannot be read or has nothing in the patch.
     """
-    file, notify, report = Path(path), progress or _silent, ImportReport()
+    file, notify, report = Path(path), progress or (lambda _: None), ImportReport()
     grid = _asked(centre, side_m, bbox, everything, cell_m)
     if not file.is_file():
         raise MapError(f"File '{path}' cannot be read: no such file; expected .osm or .osm.pbf")
@@ -113,10 +113,6 @@ def build_map(
 
 def _corners(city: CityMap) -> list[int]:
     return [int(shapely.get_num_coordinates(m.geometry)) for m in city.landmarks]
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _asked(
