@@ -106,10 +106,12 @@ def path_map_of(space: SearchSpace) -> PathMap:
     row, col = np.divmod(
         np.arange(space.n_cells * HEADINGS, dtype=np.int32) // HEADINGS, space.n_cols
     )
+    # Of the outcomes of a move the first is the most probable, which is all the path search counts.
     blocked = np.ascontiguousarray(data.blocked[:, 0]) if len(data.blocked) else None
     return PathMap(
         next_pose=next_poses(space.shape, space.move_table.offsets[:, :, 0], blocked),
         collides=np.zeros((0, 0), dtype=bool) if blocked is None else blocked,
+        # A border R wide on all sides: a fan reaches cells that hold no mass instead of other rows.
         cell=((row + reach) * width + col + reach).astype(np.int32),
         fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
         sizes=data.fan_sizes,
@@ -124,6 +126,8 @@ def cost(path_map: PathMap, objective: Objective, pose: int, move: int, remainin
     reward = objective.move
     if len(path_map.collides) > 0 and path_map.collides[move, pose]:
         reward = objective.collision
+    # The search goes on, and the move is paid, with probability min(L, 1) at most: for one target
+    # L is the probability that it was not detected yet.
     return reward * remaining if remaining < 1.0 else reward
 
 
@@ -141,6 +145,7 @@ def greedy_path(
     It is the path of the planner ``greedy``: to the first pose p, by number of moves n(p), that
     maximises ``discount ** (n(p) - 1) * sum of m over the view of p``, as far as `moves` goes.
     """
+    # Breadth first: poses come off the queue in the order of n(p), and of equals the first wins.
     scouts.steps[:] = -1
     scouts.steps[start], scouts.queue[0] = 0, start
     head, tail, goal, best = 0, 1, start, 0.0
@@ -158,11 +163,13 @@ def greedy_path(
             for k in range(path_map.sizes[heading]):
                 if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
                     mass += objective.mass[centre + path_map.fans[heading, k]]
+            # 1e-9: rounding of the sums of m must not prefer a later pose.
             if discounted * mass > best * (1 + 1e-9):
                 goal, best = pose, discounted * mass
         for move in range(3):
             after = int64(path_map.next_pose[move, pose])
             if scouts.steps[after] < 0:
+                # Origin and move packed into one number, with room for 4 moves.
                 scouts.steps[after], scouts.origin[after] = scouts.steps[pose] + 1, 4 * pose + move
                 scouts.queue[tail] = after
                 tail += 1
@@ -234,6 +241,7 @@ class PathState(NamedTuple):
 def new_path_state(n_cells: int, n_blocks: int, depth: int, most: int) -> PathState:
     """Return the state of the empty path; `most` is the number of cells of the largest view."""
     return PathState(
+        # All ones: nothing was seen; `seen` has room for a whole view at each level.
         factor=np.ones(n_cells),
         lost=np.zeros(n_blocks, dtype=LOST),
         seen=np.zeros((depth + 1) * most, dtype=SEEN),
@@ -260,11 +268,13 @@ def _see(
         cell = centre + path_map.fans[heading, k]
         share = state.factor[cell]
         detected = objective.mass[cell] * share * objective.hit
+        # Cells without mass are not marked: nothing would have to be taken back.
         if detected > 0.0:
             state.factor[cell] = share * (1.0 - objective.hit)
             state.seen[n_seen].cell, state.seen[n_seen].share = cell, share
             n_seen += 1
             block = block_of[cell]
+            # The first loss of a block enters it into the list `lost[:n_blocks].block`.
             if state.lost[block].mass == 0.0:
                 state.lost[n_blocks].block = block
                 n_blocks += 1
@@ -278,6 +288,7 @@ def undo(
 ) -> None:
     """Take back what the levels above `to` have marked, the last first."""
     old, new = state.levels[level], state.levels[to]
+    # Backwards: a cell that was seen twice gets back the share from before the first look.
     for i in range(old.n_seen - 1, new.n_seen - 1, -1):
         cell, share = state.seen[i].cell, state.seen[i].share
         state.factor[cell] = share
@@ -299,6 +310,7 @@ def go_to(
 ) -> None:
     """Mark what the path to a node at some level has seen, where `marked` levels of one are."""
     levels = state.levels
+    # The path to the node from the leaf up, and how many of its first levels are marked already.
     for i in range(level, 0, -1):
         levels[i].wanted = node
         node = tree[node].parent

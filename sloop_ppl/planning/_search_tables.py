@@ -116,8 +116,10 @@ def search_data(space: SearchSpace) -> SearchData:
     fans = np.zeros((HEADINGS, most, 2), dtype=np.int64)
     for heading, cells in enumerate(space.fans):
         for place, (row, col) in enumerate(cells):
+            # + 1, so that 0 says that an offset is not in view.
             fan[heading, row + reach, col + reach] = place + 1
             fans[heading, place] = row, col
+    # What the quick rollout needs to know: one outcome, pure steps, turns alike from all headings.
     turns = offsets[1:, :, 0, 2]
     even = (turns == turns[:, :1]).all()
     still = not offsets[0, ..., 2].any() and not offsets[1:, ..., :2].any()
@@ -169,6 +171,7 @@ def next_poses(
         Where a move leaves the pose because of a building, shape (A, P); nowhere when None.
     """
     rows, cols = shape
+    # int32 holds the poses of 16,000 x 16,000 cells at half the memory traffic of int64.
     poses = np.arange(rows * cols * HEADINGS, dtype=np.int32)
     nexts = np.empty((len(offsets), rows, cols, HEADINGS), dtype=np.int32)
     here = poses.reshape(rows, cols, HEADINGS)
@@ -186,6 +189,7 @@ def next_poses(
 
 def _aim(offsets: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the direction half way to each turn, turned round for turns clockwise."""
+    # A turn clockwise is written as 5 to 7 eighths; half of it must be counted the short way.
     turn = (offsets[1:, :, 0, 2] + 4) % HEADINGS - 4  # eighths in [-4, 4), shape (2, 8)
     angle = (np.arange(HEADINGS) + turn / 2).T * 2 * np.pi / HEADINGS
     sign = np.sign(turn).T[..., None]
@@ -219,6 +223,7 @@ def blocked_moves(space: SearchSpace) -> NDArray[np.bool_]:
     blocked = np.zeros((len(offsets), offsets.shape[2], n_poses), dtype=bool)
     for move, heading, outcome in np.ndindex(*offsets.shape[:3]):
         rows, cols, _ = offsets[move, heading, outcome].tolist()
+        # A turn on the spot hits nothing.
         if rows or cols:
             for pose in range(heading, n_poses, HEADINGS):
                 blocked[move, outcome, pose] = space.blocks(pose, rows, cols)
@@ -257,6 +262,7 @@ def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
     label = where.astype(np.int8)
     depth = 1
     while frontier.size:
+        # Sorted by first move, np.unique keeps of equal poses the one with the earlier action.
         order = np.argsort(label, kind="stable")
         frontier, label = frontier[order], label[order]
         steps[frontier], first[frontier] = depth, label
@@ -280,6 +286,7 @@ def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> N
             [total[list(space.view(pose))].sum() for pose in range(space.n_cells * HEADINGS)]
         )
     reach = reach_of(space)
+    # One shifted sum of the whole map for each place in the fan instead of one sum per pose.
     padded = np.pad(np.sum(tables, axis=0).reshape(space.shape), reach)
     mass = np.zeros((*space.shape, HEADINGS))
     for heading, fan in enumerate(space.fans):

@@ -85,6 +85,7 @@ class _GreedyRun(_NothingKept):
         for pose, cells in self._unseen.items():
             mass[pose] -= sum(float(table[cells].sum()) for table in wanted)
         promise = mass * space.config.discount**reach.steps
+        # Out of reach: below every promise, which are >= 0.
         promise[reach.steps < 0] = -1.0
         values = {
             move.name: float(promise[reach.first == move.index].max(initial=0.0))
@@ -128,6 +129,7 @@ def find_value(belief: GridBelief, find: SearchAction) -> float:
     missed = 1.0
     for i, table in enumerate(belief.flat):
         if find.marks >> i & 1 and not belief.robot.found >> i & 1:
+            # P(no target of the find is in view), targets independent.
             missed *= 1.0 - float(table[view].sum())
     config = belief.space.config
     return (1.0 - missed) * config.right_find_reward + missed * config.wrong_find_reward

@@ -13,6 +13,7 @@ __all__ = ["ROLLOUTS", "SearchConfig"]
 ROLLOUTS = ("published", "random", "informed")
 """Rollout policies of the tree search; ``informed`` is for the planner ``fast`` alone."""
 
+# 200 m in cells of 5 m, floor(200 / 5) + 1; SLOOP sec. V.
 PAPER_SIDE_CELLS = 41
 """Side of the paper's maps, cells; steps and horizon grow with maps that are larger."""
 
@@ -192,7 +193,10 @@ class SearchConfig:
         """
         if self.max_steps is not None and self.depth is not None:
             return self
+        # Ways grow with the side of the map, so steps and horizon grow as it does.
         scale = max(1.0, max(shape) / PAPER_SIDE_CELLS)
+        # g ** depth < 0.01: what lies beyond changes no decision; without discount there is no such
+        # end.
         most = math.inf if self.discount == 1 else math.log(0.01) / math.log(self.discount)
         depth = max(30, math.ceil(min(30 * scale, most)))
         return replace(

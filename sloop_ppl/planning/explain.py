@@ -51,6 +51,7 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     """
     space = belief.space
     limit = space.config.step_limit
+    # Nothing can be out of reach: spare the breadth-first search.
     if _is_open(space) and limit >= space.n_rows + space.n_cols:
         return ()
     reach = reach_from(belief.robot.pose, likeliest_poses(space))
@@ -87,6 +88,7 @@ def _is_open(space: SearchSpace) -> bool:
     sensor, motion = space.sensor, space.motion
     if not isinstance(sensor, FanSensor) or type(motion) is not ExactMotion:
         return False
+    # Eight fans of 90 degrees overlap, and a reach of a step leaves no gap between two steps.
     wide = sensor.fov_deg >= 90 and sensor.range_cells >= motion.step_cells
     wide = wide and sensor.min_range_cells <= 1 and motion.turn_deg == 45
     roomy = min(space.shape) >= 4 * motion.step_cells
@@ -162,6 +164,7 @@ def flat_tree_to_json(tree: Any, size: int, actions: tuple[Any, ...], depth: int
     for node in range(size):
         parent, action = divmod(int(tree.parent[node]), n_actions)
         levels[node] = 0 if node == 0 else levels[parent] + 1
+        # Parents come before children, so every node below a kept one is met after it.
         if levels[node] > depth:
             continue
         payload: dict[str, Any] = {"visits": int(tree.visits[node]), "actions": {}}

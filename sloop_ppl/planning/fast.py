@@ -80,11 +80,13 @@ def warm_up() -> WarmUp:
     whatever the settings, the map and the number of targets.
     """
     begun = time.perf_counter()
+    # A small search with every kind of array: buildings make `blocked` and `around` non-empty.
     tall = np.zeros((9, 9), dtype=bool)
     tall[4, 4] = True
     space = SearchSpace((9, 9), ("T",), SearchConfig(sims=50, no_fly=True), tall)
     belief = GridBelief(space, {"T": np.ones((9, 9))}, space.robot(0), rng=np.random.default_rng(0))
     agent: Any = SimpleNamespace(belief=belief, history=())
+    # numba compiles for types, and these are the same for all maps and settings.
     RunningPathSearch(space).plan(agent)
     planner = NativePouct(NativeSearch(space), sims=50, rng=np.random.default_rng(0))
     planner.plan(agent)

@@ -42,6 +42,7 @@ def height_m(landmark: Landmark) -> float:
     """
     found = _NUMBER.match(str(landmark.properties.get("height", "")))
     if found:
+        # 0.3048 m a foot
         return float(found[1]) * (1.0 if found[2] in (None, "m") else 0.3048)
     levels = _NUMBER.match(str(landmark.properties.get("building:levels", "")))
     if levels:
@@ -105,6 +106,7 @@ def cells_between(rows: int, cols: int) -> tuple[Offsets, ...]:
     >>> cells_between(1, 2)
     (((0, 1), (1, 1)),)
     """
+    # One sample a cell of the longer axis, as Bresenham draws a line; exact in whole numbers.
     n = max(abs(rows), abs(cols))
     between = []
     for k in range(1, n):
@@ -116,6 +118,7 @@ def cells_between(rows: int, cols: int) -> tuple[Offsets, ...]:
 def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
     """Return the whole number nearest to a fraction, or both when two are equally near."""
     low = numerator // denominator
+    # Twice the remainder against the denominator: the half way point without fractions.
     over = 2 * (numerator - low * denominator)
     if over == denominator:
         return low, low + 1

@@ -131,6 +131,7 @@ class MaskSensor(ABC):
         position_noise_cells: float = 0.0,
     ) -> None:
         self.grid = grid.grid if isinstance(grid, CityMap) else grid
+        # Checked by the settings' own rules, so that both refuse alike.
         SearchConfig(
             true_positive_rate=true_positive_rate,
             false_positive_rate=false_positive_rate,
@@ -212,6 +213,7 @@ class MaskSensor(ABC):
         """
         if not self.relative:
             return None
+        # One view a heading from the middle of the map; a relative view is the same anywhere else.
         row, col = self.grid.n_rows // 2, self.grid.n_cols // 2
         centre = self.grid.centre_of(row, col)
         fans = []
@@ -221,6 +223,7 @@ class MaskSensor(ABC):
                 return None  # whoever asks for a view says so
             fans.append(tuple((int(r) - row, int(c) - col) for r, c in np.argwhere(mask)))
         reach = max((max(abs(r), abs(c)) for fan in fans for r, c in fan), default=0)
+        # A view that touches the border of the map may have been cut off there.
         return tuple(fans) if reach < min(row, col) else None
 
     @property
@@ -246,6 +249,7 @@ class MaskSensor(ABC):
             if not self.position_noise_cells:
                 return cell
             weights = self._spread(cells, cell)
+            # Inverse of the cumulative weights; sum * u, because they need not sum to exactly one.
             return int(cells[np.searchsorted(np.cumsum(weights), rng.random() * weights.sum())])
         false = self.false_positive_rate
         if false and len(cells) and rng.random() < false:
@@ -265,6 +269,7 @@ class MaskSensor(ABC):
         n, hit = len(cells), self.true_positive_rate
         false = self.false_positive_rate if n else 0.0
         if seen < 0:
+            # Not reported: in view, missed and no false report; out of view, no false report.
             missed = (1.0 - hit) * (1.0 - false)
             return CellLikelihood(cells, np.full(n, missed), 1.0 - false)
         at = cells == seen
@@ -274,6 +279,7 @@ class MaskSensor(ABC):
             reported = np.array([self._spread(cells, int(c))[at][0] for c in cells])
         else:
             reported = at.astype(np.float64)
+        # p(seen | cell) = h * spread(seen | cell) + (1 - h) * f / K in view, and f / K elsewhere.
         inside = hit * reported + (1.0 - hit) * false / n
         return CellLikelihood(cells, inside, false / n)
 
@@ -282,6 +288,7 @@ class MaskSensor(ABC):
         row, col = divmod(cell, self.grid.n_cols)
         rows, cols = np.divmod(cells, self.grid.n_cols)
         square = (rows - row) ** 2 + (cols - col) ** 2
+        # Truncated to the view, so normalised over it: a cell near its border spreads inwards.
         weights = np.exp(-square / (2 * self.position_noise_cells**2))
         spread: NDArray[np.float64] = weights / math.fsum(weights)
         return spread
@@ -336,6 +343,7 @@ class FanSensor(MaskSensor):
 
     def view(self, pose: Pose) -> NDArray[np.bool_]:
         """Return the cells in view, True where seen, shape (H, W)."""
+        # Only cells within reach are tested, one more for a pose between cells.
         grid, reach = self.grid, self.range_cells + 1.0
         col = (pose.x_m - grid.x_m[0]) / grid.cell_m
         row = (pose.y_m - grid.y_m[0]) / grid.cell_m
@@ -398,6 +406,7 @@ def fan_offsets(
     ((0, 1), (1, 0))
     """
     reach = math.floor(range_cells + _SLACK)
+    # _SLACK: a range of 3 must still see cells at a distance of exactly 3.
     along = np.arange(-reach, reach + 1)
     axis = heading * 2 * math.pi / HEADINGS
     seen = _in_fan(along[:, None], along[None, :], axis, range_cells, min_range_cells, fov_deg)
@@ -415,6 +424,7 @@ def _in_fan(
     """Tell which points, given in cells from the robot, lie in a fan; shapes broadcast."""
     distance = np.hypot(north, east)
     off_axis = np.arctan2(north, east) - axis_rad
+    # Wrapped to [-pi, pi): the fan may straddle the direction west.
     off_axis = np.abs((off_axis + math.pi) % (2 * math.pi) - math.pi)
     near = (min_range_cells - _SLACK <= distance) & (distance <= range_cells + _SLACK)
     seen: NDArray[np.bool_] = near & (

@@ -91,6 +91,7 @@ class SearchSpace:
         self.grid = grid = grid if isinstance(grid, Grid) else _grid_of(*grid)
         self.n_rows, self.n_cols = grid.shape
         self.config = config = config.filled_in(grid.shape)
+        # Row-major flat indices throughout: cell = row * n_cols + col.
         self.tall = np.zeros(grid.shape, dtype=bool) if tall is None else tall
         self.no_fly = frozenset(np.flatnonzero(self.tall).tolist() if config.no_fly else ())
         self.target_ids = target_ids
@@ -248,6 +249,8 @@ class SearchSpace:
         if self._offsets is not None:
             return self._offsets
         rows, cols = self.n_rows - 1, self.n_cols - 1
+        # The union over all poses of the offsets in view, per heading, for a view that depends on
+        # the place.
         planes = np.zeros((HEADINGS, 2 * rows + 1, 2 * cols + 1), dtype=bool)
         for number in range(self.n_cells * HEADINGS):
             row, col, heading = self.decode(number)
@@ -355,6 +358,7 @@ class SearchSpace:
         row, col, heading = self.decode(pose)
         steps = tuple(tuple(o) for o in self.move_table.offsets[:, heading, 0].tolist())
         table = _preferences(self.shape, heading, steps)
+        # Place of offset (-row, -col) in the flat table of (2 H - 1) x (2 W - 1) offsets.
         corner = (self.n_rows - 1 - row) * (2 * self.n_cols - 1) + self.n_cols - 1 - col
         return table, corner, 0b111 if self.next_pose(0, pose) != pose else 0b110
 
@@ -435,15 +439,18 @@ def _preferences(
     """Return the preferred moves by offset of the target, rows then columns, as bit masks."""
     step, left_by, right_by = moves[0], moves[1][2], moves[2][2]
     row, col = np.mgrid[-(shape[0] - 1) : shape[0], -(shape[1] - 1) : shape[1]]
+    # Squared distances in cells: nearer after the step than before.
     nearer = (row - step[0]) ** 2 + (col - step[1]) ** 2 < row**2 + col**2
     bearing = np.arctan2(row, col) - heading * 2 * np.pi / HEADINGS
 
     def off(eighths: int) -> NDArray[np.float64]:
         by = eighths * 2 * np.pi / HEADINGS
+        # Wrapped to [-pi, pi), then its size.
         wrapped: NDArray[np.float64] = np.abs((bearing - by + np.pi) % (2 * np.pi) - np.pi)
         return wrapped
 
     here = (row == 0) & (col == 0)
+    # 1e-9: a target on the direction half way is nearer by neither.
     left = ~here & (off(left_by) < off(0) - 1e-9)
     right = ~here & (off(right_by) < off(0) - 1e-9)
     return bytes((nearer | left << 1 | right << 2).astype(np.uint8).ravel())

@@ -82,6 +82,7 @@ class SearchAction(Action):
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "index", index)
         object.__setattr__(self, "marks", marks)
+        # marks has 10 bits, see MAX_TARGETS; other parts of a hash are mixed by Python itself.
         object.__setattr__(self, "_hash", index * 1024 + marks)
 
     __setattr__ = _refuse
@@ -179,6 +180,7 @@ class RobotState(ObjectState):
             "collided": collided,
             "view": space.view(pose),
             "_space": space,
+            # Successors are kept: a rollout asks for the same moves again and again.
             "_next": [None] * 3,
             "_prefer": space.preferences(pose),
             "_hash": hash((pose, found, finds, looked, collided)),
@@ -341,6 +343,7 @@ class SearchState(OOState):
         return SearchState, (self.robot, self.cells)
 
 
+# The slots themselves, for speed: states are made by the million, and __setattr__ refuses.
 _set_robot: Callable[[SearchState, RobotState], None] = SearchState.__dict__["robot"].__set__
 _set_cells: Callable[[SearchState, tuple[int, ...]], None] = SearchState.__dict__["cells"].__set__
 
