@@ -88,6 +88,7 @@ def names_of(what: str) -> list[str]:
     ['austin', 'cleveland', 'denver', 'honolulu', 'washington_dc']
     """
     listed = CATALOGUE[what]
+    # Names lie in modules that load neither torch nor numba; the registry itself when it is loaded.
     module, name = listed.registry if listed.registry[0] in sys.modules else listed.names
     found = getattr(import_module(module), name)
     return list(found() if callable(found) else found)

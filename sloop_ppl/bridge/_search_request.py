@@ -155,6 +155,7 @@ def run_request(
 
 
 def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -> Posterior:
+    # A stream of its own: the search is the same with an engine that draws and one that does not.
     rng = child(np.random.default_rng(request.seed), "infer")
     if request.posterior is not None:
         return saved_posterior(request.posterior, request.map_name, request.text, rng)

@@ -79,6 +79,7 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
     """
     known = {t.id: t for d in posterior.descriptions for t in d.targets}
     targets = tuple(known.get(name, TargetObject(name)) for name in posterior.targets)
+    # One text, so that the parser resolves "it"; each part ends its sentence.
     earlier = "".join(f"{t.rstrip(' .!?;,')}. " for t in (*posterior.texts, *before) if t.strip())
     viewpoint = posterior.descriptions[-1].viewpoint if posterior.descriptions else "map"
     whole = parse(earlier + text, posterior.city, targets=targets, viewpoint=viewpoint)

@@ -77,8 +77,10 @@ class BeliefTracker:
         """
         self._steps += 1
         for target, table in log_factors.items():
+            # Log likelihoods add up: what is seen is independent given where the target is.
             self._sensed[target] = self._sensed.get(target, 0.0) + table
         utterance = self._utterances.get(self._steps)
+        # Recovery asks of each step whether it is impossible, so it cannot be put off.
         if self._weight:
             self._catch_up()
         if utterance is not None:
@@ -114,6 +116,7 @@ class BeliefTracker:
             likelihood = np.exp(sensed.get(target, np.zeros_like(before)))
             after = before * likelihood
             if not after.any():
+                # As GridBelief does in the search itself.
                 mixed = (1 - self._weight) * before + self._weight * self._initial[target]
                 after = mixed * likelihood
             if not after.any():

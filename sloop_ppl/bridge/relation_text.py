@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["facing", "percent", "relations_in_words"]
 
+# Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 
 
@@ -52,5 +53,6 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
 
 def percent(p: float, places: int = 0) -> str:
     """Return a probability in percent; what is little but possible is not called 0%."""
+    # The smallest number that shows at so many places; below half of it the text would round to 0.
     least = 10.0 ** -(places + 2)
     return f"<{least:.{places}%}" if 0 < p <= least / 2 else f"{p:.{places}%}"

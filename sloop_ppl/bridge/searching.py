@@ -123,6 +123,8 @@ def search(
     utterances = descriptions_of(posterior, said or {})
     informed = posterior
     for step, description in utterances.items():
+        # Imagined places must agree with all that will be said, else a later sentence would be
+        # untrue.
         informed = informed.update(description, rng=child(rng, "said", step))
     imagined: dict[str, tuple[float, float]] = {}
     if environment is None:
@@ -273,6 +275,7 @@ def imagined_places(
         Target -> x and y of a cell's centre that lies inside the map, metres.
     """
     grid = posterior.city.grid
+    # Cells of the overhang have their centre off the map, where no target can be.
     inside = np.array([[grid.contains(x, y) for x in grid.x_m] for y in grid.y_m]).reshape(-1)
     drawn = {}
     for target in posterior.targets if targets is None else targets:
@@ -281,6 +284,7 @@ def imagined_places(
             cell = int(child(rng, "place", target).choice(grid.size, p=weights / weights.sum()))
             drawn[target] = grid.centre_of(*divmod(cell, grid.n_cols))
             if posterior.is_coupled:
+                # Given the place of one, the next is drawn from what the shared frame leaves.
                 at = np.full(grid.shape, -np.inf)
                 at.flat[cell] = 0.0
                 posterior = posterior.condition({target: at})

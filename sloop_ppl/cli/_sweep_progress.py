@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep_progress"]
 
+# Seconds between lines where no terminal can show a bar.
 _EVERY_S = 20.0
 
 

@@ -26,6 +26,7 @@ from sloop_ppl.errors import SloopError
 
 __all__ = ["app", "main"]
 
+# 128 + SIGINT, as shells report it.
 _STOPPED = 130
 
 app = typer.Typer(
@@ -92,7 +93,9 @@ def _seldom_collecting() -> Iterator[None]:
     through them again and again, and once more at the end, would take up to a second.
     """
     before = gc.get_threshold()
+    # Allocations between collections of the three generations; Python has 700, 10, 10.
     gc.set_threshold(50_000, 20, 100)
+    # Frozen objects are not walked at exit; unregistered first, for main may run more than once.
     atexit.unregister(gc.freeze)
     atexit.register(gc.freeze)
     try:

@@ -45,6 +45,7 @@ class BoundedCache:
                 self._entries.move_to_end(key)
                 kept: T = self._entries[key][0]
                 return kept
+        # Outside the lock: two threads may both make it, and the first one in stays.
         made = make()
         with self._lock:
             if key not in self._entries:

@@ -12,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 __all__ = ["clip", "parts_of_dimension", "project", "repair"]
 
+# What is left of a feature at the border of the map and nobody would see.
 _MIN_LINE_M = 0.5
 _MIN_AREA_M2 = 1.0
 
@@ -63,6 +64,7 @@ def project(
 
 def repair(geometry: BaseGeometry) -> BaseGeometry | None:
     """Return an area as valid area that covers what its outline winds round; None if nothing."""
+    # "structure" takes what the outline winds round; "linework" would go by where it crosses.
     sound = shapely.make_valid(geometry, method="structure", keep_collapsed=False)
     return parts_of_dimension(sound, 2)
 
@@ -90,6 +92,7 @@ def parts_of_dimension(geometry: BaseGeometry, dimension: int) -> BaseGeometry |
 def _flat(geometry: BaseGeometry) -> BaseGeometry:
     """Return a geometry whose parts are simple: collections within collections are opened."""
     parts = shapely.get_parts(geometry)
+    # get_parts opens one level; a collection may hold collections.
     while any(part.geom_type.startswith(("Multi", "GeometryCollection")) for part in parts):
         parts = shapely.get_parts(parts)
     flat: BaseGeometry = shapely.geometrycollections(parts)

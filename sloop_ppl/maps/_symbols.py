@@ -10,6 +10,7 @@ from functools import lru_cache
 __all__ = ["camel_case", "folded", "unique"]
 
 _WORD = re.compile(r"[^\W_]+")
+# Letters that Unicode does not decompose into a base and an accent.
 _UNFOLDED = str.maketrans(
     {"ß": "ss", "æ": "ae", "Æ": "Ae", "ø": "o", "Ø": "O", "œ": "oe", "Œ": "Oe", "đ": "d", "ł": "l",
      "Ł": "L", "þ": "th", "ð": "d", "ı": "i"}
@@ -24,6 +25,7 @@ def camel_case(name: str) -> str:
     >>> camel_case("Root-McBride Building"), camel_case("Kolmen sepän aukio"), camel_case("Joe's")
     ('RootMcBrideBuilding', 'KolmenSepanAukio', 'Joes')
     """
+    # An apostrophe or point inside a word parts nothing: "Joe's", "U.S.".
     joined = re.sub(r"(?<=\w)['’.](?=\w)", "", _plain(name).replace("&", " and "))
     return "".join(word[0].upper() + word[1:] for word in _WORD.findall(joined))
 
@@ -59,5 +61,6 @@ def unique(symbol: str, taken: Container[str]) -> str:
 def _plain(name: str) -> str:
     """Strip accents from letters that are Latin, Greek or Cyrillic; leave other scripts alone."""
     decomposed = unicodedata.normalize("NFKD", name.translate(_UNFOLDED))
+    # Combining marks of the block U+0300: the accents.
     kept = "".join(c for c in decomposed if not "\u0300" <= c <= "\u036f")
     return unicodedata.normalize("NFC", kept)

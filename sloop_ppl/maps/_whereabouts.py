@@ -39,10 +39,12 @@ def whereabouts(city: CityMap, x_m: float, y_m: float) -> str:
     if landmark is not None:
         measured = city.nearest(x_m, y_m, [landmark])
         distance = measured[1] if measured else 0.0
+        # Within half a cell a direction would say more than is known.
         if distance < city.grid.cell_m / 2:
             parts.append(f"at {landmark.label}")
         else:
             x, y = city.centroid(landmark.id)
+            # Eighths of a turn from the centroid, the nearest compass word.
             octant = round(math.atan2(y_m - y, x_m - x) / (math.pi / 4)) % 8
             parts.append(f"{distance:.0f} m {COMPASS_POINTS[octant]} of {landmark.label}")
     paths = city.of_kind(*PATH_KINDS)

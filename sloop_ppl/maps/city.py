@@ -141,6 +141,7 @@ class CityMap:
         return FIELDS.get(
             (self.grid, content),
             lambda: self._fields(footprint),
+            # The dearest case, all fields asked for: entries grow after they were put in.
             cost_bytes=self.grid.size * BYTES_PER_CELL,
         )
 
@@ -261,6 +262,7 @@ class CityMap:
         if path is None:
             return None
         _, (foot_x, foot_y) = shapely.get_coordinates(shapely.shortest_line(point, path.geometry))
+        # Nearer than a micrometre there is no direction.
         if math.hypot(foot_x - x, foot_y - y) < 1e-6:
             return None
         return math.atan2(foot_y - y, foot_x - x)
@@ -305,6 +307,7 @@ class CityMap:
             around = self._index(buildings, widened=False).containing(landmark.geometry)
             if len(around):
                 return buildings[around[0]].geometry
+        # At least a cell wide, else a narrow path would slip between the centres of cells.
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             width = max(landmark.width_m or 0.0, self.grid.cell_m)
             return landmark.geometry.buffer(width / 2)
@@ -317,6 +320,7 @@ class CityMap:
             self.grid,
             touched_cells(self.grid, footprint),
             (float(centre.x), float(centre.y)),
+            # The longer side of the bounding box, the extent of a landmark in the likelihoods.
             max(max_x - min_x, max_y - min_y),
         )
 
@@ -325,11 +329,14 @@ class CityMap:
 
         `widened` asks for what they cover, else it is their geometry.
         """
+        # By identity: comparing tuples of thousands of landmarks would cost more than the search.
         key = ("index of footprints" if widened else "index", str(id(among)))
         if key in self._cache:
             kept: NearestIndex = self._cache[key]
             return kept
         index = NearestIndex([self.footprint(m.id) if widened else m.geometry for m in among])
+        # An index is kept only for a tuple that the map keeps, too: the id of another may be used
+        # again.
         known = among is self.landmarks or any(
             among is value
             for (what, _), value in self._cache.items()

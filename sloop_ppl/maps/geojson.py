@@ -76,6 +76,7 @@ def to_geojson(city: CityMap) -> dict[str, Any]:
     if grid.centre is None:
         raise MapError(f"Map '{city.name}' has no centre on earth and cannot be written as GeoJSON")
     west, south, east, north = grid.extent_m
+    # Square maps round their centre are written in the short form.
     square = -west == east == -south == north
     data: dict[str, Any] = {
         "type": "FeatureCollection",

@@ -14,6 +14,7 @@ from sloop_ppl.errors import MapError
 
 __all__ = ["check_schema", "fault", "map_schema"]
 
+# Letters of a value that an error message shows.
 _SHOWN = 40
 
 
@@ -69,6 +70,7 @@ def _as_map_error(error: jsonschema_rs.ValidationError, data: Any, source: str) 
         found = _follow(data, path)
         missing = next(str(n) for n in _follow(map_schema(), rule) if n not in found)
         path = [*path, missing]
+    # The one anyOf of the schema: half_extent_m or extent_m.
     if broken == "anyOf":
         path, missing = ["half_extent_m"], "half_extent_m"
     expected = _expectation(rule, missing)

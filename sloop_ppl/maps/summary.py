@@ -34,6 +34,7 @@ def summary(city: CityMap) -> dict[str, Any]:
     }
 
 
+# Names that fit on a screen.
 _LISTED = 60
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fitted", "font_pt", "frame_map", "new_axes", "stroke", "width_in"]
 
+# Text width of a page with two columns, inches.
 _DOUBLE_COLUMN_IN = 6.6
 
 
@@ -42,6 +43,7 @@ def font_pt(width: float) -> float:
 
 def fitted(text: str, size_pt: float, width: float) -> str:
     """Return a text broken into lines that fit a width in inches at a font size in points."""
+    # 72 points an inch; a letter is about 0.54 of the font size wide.
     return textwrap.fill(text, max(int(width * 72 / (0.54 * size_pt)), 12))
 
 
@@ -60,6 +62,7 @@ def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
     ax.set_xlabel("east of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
     ax.set_ylabel("north of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
     ax.tick_params(labelsize=size - 0.5, length=2.5, width=0.6, color=INK, labelcolor=INK, pad=2)
+    # Few round ticks: a map is read by its streets, not by its axes.
     ax.locator_params(nbins=5, steps=[1, 2, 5, 10])
     for spine in ax.spines.values():
         spine.set_linewidth(0.7)

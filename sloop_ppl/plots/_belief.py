@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["check_cells", "draw_cells", "draw_hpd", "hpd_region", "mode_of", "region_outline"]
 
+# Share of the peak below which a cell is left clear, so that the map shows through.
 _NEGLIGIBLE = 5e-3
+# Relative difference up to which probabilities count as equal: equal cells differ by rounding.
 _TIE = 1e-9
 
 
@@ -53,6 +55,7 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
     mass
         Mass in (0, 1].
     """
+    # Cells from the most probable down until their sum reaches the mass; all as probable come too.
     ordered = np.sort(belief, axis=None)[::-1]
     needed = int(np.searchsorted(np.cumsum(ordered), mass * belief.sum() * (1 - _TIE)))
     floor = ordered[min(needed, ordered.size - 1)]
@@ -63,6 +66,7 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
 def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
     """Return the border of a set of cells as shapely lines in metres, empty for no cell."""
     west, south, _, _ = grid.cells_extent_m
+    # A ring of False, so that regions on the border of the grid are closed.
     ringed = np.pad(region, 1)
     # An edge runs wherever two neighbours differ; lattice points are counted from the south-west.
     row, col = np.nonzero(ringed[1:-1, 1:] != ringed[1:-1, :-1])
@@ -73,6 +77,7 @@ def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
     if not len(ends):
         return shapely.LineString()
     lines = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends)))
+    # Takes the corners out of straight runs; 1e-6 of a cell keeps the steps.
     parts = shapely.simplify(shapely.get_parts(lines), grid.cell_m * 1e-6)
     return shapely.multilinestrings(parts)
 
@@ -118,6 +123,7 @@ def draw_hpd(ax: Axes, belief: NDArray[np.float64], grid: Grid, *, colour: str =
     from matplotlib.patheffects import withStroke
 
     handles: list[Any] = []
+    # The narrower region last and solid, on top of the wider one.
     for mass, dashes, points in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
         width = points * stroke(ax)
         border = region_outline(hpd_region(belief, mass), grid)

@@ -34,6 +34,9 @@ _SIGN_PT = 5.5
 
 def draw_ground(ax: Axes, city: CityMap, palette: MapPalette) -> None:
     """Draw every landmark of a map but its labels, clipped to the map's extent."""
+    # Order of drawing (zorder): ground 0.1 to 0.56, buildings 0.7, signs and places 0.9, highlights
+    # 1 to 3.2, belief 2 to 3.4, arrows and path 4, targets and finds 5, labels 6, furniture 7,
+    # legend 8.
     window = shapely.box(*city.grid.extent_m)
     draw_shape(ax, window, facecolor=palette.ground, edgecolor="none", zorder=0.1)
     _areas(ax, city, palette, window)
@@ -80,6 +83,8 @@ def _trace(geometry: BaseGeometry, vertices: list[Any], codes: list[int]) -> Non
         for ring in (geometry.exterior, *geometry.interiors):
             points = shapely.get_coordinates(ring)
             vertices.extend(points)
+            # The last point of a ring repeats the first: its code closes the ring, so that holes
+            # stay open.
             codes.extend([move, *[line] * (len(points) - 2), close])
     elif geometry.geom_type in ("LineString", "LinearRing"):
         points = shapely.get_coordinates(geometry)
@@ -149,6 +154,7 @@ def _hatch(shape: BaseGeometry, step_m: float = 4.0) -> BaseGeometry:
     """Return diagonal strokes over an area; laid in metres, so that they are the same anywhere."""
     west, south, east, north = shape.bounds
     rise = north - south
+    # Multiples of the step from the origin: the strokes of neighbouring car parks line up.
     first = np.floor((west - rise) / step_m) * step_m
     starts = np.arange(first, east + step_m, step_m)
     low = np.stack([starts, np.full_like(starts, south)], axis=1)
@@ -178,6 +184,8 @@ def _run_out(line: BaseGeometry, city: CityMap, near_m: float = 2.0) -> BaseGeom
     for end, before in ((points[0], points[1]), (points[-1], points[-2])):
         step = end - before
         length = float(np.hypot(*step))
+        # 30 m is more than the half width of any road: the round end of its buffer lies off the
+        # map.
         reach = 30.0 if rim.distance(shapely.Point(end)) < near_m and length > 0 else 0.0
         ends.append(end + step * (reach / length if length else 0.0))
     return shapely.linestrings(np.vstack([ends[0], points[1:-1], ends[1]]))
@@ -185,6 +193,7 @@ def _run_out(line: BaseGeometry, city: CityMap, near_m: float = 2.0) -> BaseGeom
 
 def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
     """Draw drivable ways as one surface with one rim, so that junctions are open."""
+    # Union first, rim after: the outlines of single roads would cross every junction.
     surface = road_surface(city)
     if surface.is_empty:
         surface = shapely.Polygon()
@@ -250,6 +259,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
     """Put a P on each car park that has room for one."""
     size = _SIGN_PT * stroke(ax)
     west, east = ax.get_xlim()
+    # 0.6 of the font size in metres: what a letter with its box takes from the middle.
     least_m = 0.6 * size * (east - west) / (72 * width_in(ax))
     built = [shapely.make_valid(m.geometry) for m in city.of_kind("building")]
     taken = shapely.unary_union([road_surface(city), *built])
@@ -257,6 +267,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
         free = areas_of(shapely.difference(shape, taken))
         if free.is_empty:
             continue
+        # The largest circle in what is free: the roomiest place of the car park.
         centre, rim = shapely.get_coordinates(shapely.maximum_inscribed_circle(free, tolerance=0.5))
         if float(np.hypot(*(rim - centre))) < least_m:
             continue

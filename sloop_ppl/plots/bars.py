@@ -64,6 +64,7 @@ def plot_components(
         sets.insert(0, ("before", before, ACCENTS["prior"]))
     axes = new_axes(ax, width=4.4, height=0.7 + 0.42 * len(after))
     size = font_pt(width_in(axes)) + 0.5
+    # Bars of one name touch; a fifth of the room is left between names.
     thick = 0.8 / len(sets)
     for k, (when, values, colour) in enumerate(sets):
         at = np.arange(len(after)) + (k - (len(sets) - 1) / 2) * thick
@@ -79,6 +80,7 @@ def plot_components(
                 fontsize=size - 0.5,
                 color=INK,
             )
+    # 12 % beyond the longest bar for the number at its end.
     axes.set_xlim(0, 112)
     axes.set_xticks([0, 25, 50, 75, 100])
     _finish(axes, list(after), label, title, size)

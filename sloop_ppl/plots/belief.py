@@ -107,6 +107,7 @@ def plot_beliefs(
     count = len(posterior.targets)
     if count == 0:
         raise InputError("The posterior holds no target; describe at least one")
+    # One wide panel, or two columns of panels that fit a page in landscape.
     cols = 1 if count == 1 else 2
     rows = -(-count // cols)
     width, height = (6.8, 7.3) if count == 1 else (11.0, 5.0 * rows + 0.9)

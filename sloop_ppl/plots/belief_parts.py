@@ -158,6 +158,7 @@ def plot_change(
     axes = new_axes(ax, height=6.6)
     layer = draw_map(axes, city, labels=labels, muted=True, cells=True)
     change = posterior - prior
+    # The same scale for more and for less, so that no change is the clear middle.
     top = max(float(np.abs(change).max()), 1e-12)
     image = draw_cells(
         axes,
@@ -185,6 +186,8 @@ def bits_gained(posterior: Cells, prior: Cells) -> float:
     """Return the Kullback-Leibler divergence of the posterior from the prior, bits."""
     held = posterior > 0
     with np.errstate(divide="ignore"):
+        # sum of p log2(p / q) over cells with p > 0; infinite where the prior excludes what is
+        # believed.
         ratio = np.log2(posterior[held]) - np.log2(prior[held])
     return float((posterior[held] * ratio).sum())
 
@@ -204,6 +207,7 @@ def _panel(
         raise InputError(f"The part '{words}' has a negative value; expected none below zero")
     layer = draw_map(ax, city, highlight=grounds, muted=True, cells=True, furniture=False)
     layer.labels = layer.labels[: len(dict.fromkeys(grounds))]
+    # 1e-300: a part that fits nowhere is drawn empty instead of dividing by zero.
     draw_cells(ax, values / max(float(values.max()), 1e-300), city.grid)
     if truth is not None:
         add_mark(ax, truth, "D", ACCENTS["truth"], "true place")

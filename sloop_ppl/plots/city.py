@@ -126,6 +126,8 @@ def display_name(landmark: Landmark) -> str:
     """Return a landmark's name, or its id taken apart into words."""
     if landmark.name:
         return landmark.name
+    # CamelCase apart: between lower and upper case or digit, and before the last of a run of
+    # capitals.
     return re.sub(r"(?<=[a-z])(?=[A-Z0-9])|(?<=[A-Z])(?=[A-Z][a-z])", " ", landmark.id)
 
 
@@ -191,6 +193,7 @@ def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -
         and window.intersects(m.geometry)
     ]  # an ellipsis marks a name that was cut off in the source
     for landmark in sorted(named, key=lambda m: _rank(m, window)):
+        # Sizes beside 1: side streets and places are smaller than the street that leads to them.
         colour, size, style = palette.label, 1.0, "normal"
         if landmark.kind in PATH_KINDS:
             colour, size = palette.road_label, 0.97 if landmark.kind == "street" else 0.85

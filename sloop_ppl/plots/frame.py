@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["frame_bins", "plot_frame", "plot_frames"]
 
 Bins = NDArray[np.float64]
+# A spread of 1 / sqrt(500), 2.6 degrees, half a bin of 72.
 _EXACT_KAPPA = 500.0
 
 
@@ -46,6 +47,7 @@ def frame_bins(frames: Sequence[FrameLike], bins: int = 72) -> Bins:
     total = np.zeros(bins)
     for frame in frames:
         kappa = _EXACT_KAPPA if frame.kappa is None else frame.kappa
+        # von Mises density without its constant, which the sum over bins replaces.
         part = np.exp(kappa * (np.cos(angles - frame.mean_rad) - 1.0))
         total += frame.p * part / part.sum()
     rest = max(0.0, 1.0 - float(sum(f.p for f in frames)))
@@ -106,6 +108,7 @@ def plot_frame(
     axes = new_axes(ax, width=4.6, height=4.9)
     x, y = city.centroid(ground)
     west, south, east, north = city.footprint(ground).bounds
+    # A little beyond the footprint, and not less than 12 % of the map, to see a small one.
     reach = max(
         0.62 * max(east - west, north - south), 0.12 * (city.grid.east_m - city.grid.west_m)
     )
@@ -120,6 +123,7 @@ def plot_frame(
     for turn in np.linspace(0.25, 1.0, 4):
         axes.add_patch(_ring(x, y, turn * radius))
     handles: list[Any] = []
+    # The area of a sector grows with the square of its radius, so the radius is sqrt(probability).
     petals = Path(_petals(x, y, radius * np.sqrt(after * len(after)) / top))
     axes.add_patch(
         PathPatch(petals, facecolor=colour, alpha=0.75, edgecolor=INK, linewidth=0.5, zorder=4.0)
@@ -166,6 +170,7 @@ def _petals(x: float, y: float, radii: Bins) -> NDArray[np.float64]:
     count = len(radii)
     points: list[tuple[float, float]] = []
     for k, r in enumerate(radii):
+        # Seven points an arc: round to the eye at 72 bins.
         arc = 2 * math.pi * (k + np.linspace(-0.5, 0.5, 7)) / count
         points += [(x + r * math.cos(a), y + r * math.sin(a)) for a in arc]
     return np.array([*points, points[0]])
@@ -209,6 +214,7 @@ def plot_frames(
     axes.set_facecolor(MUTED.ground)
     side = city.grid.east_m - city.grid.west_m
     angles = 2 * np.pi * np.arange(_BINS) / _BINS
+    # Circular convolution with a von Mises kernel, columns summing to one, shape (bins, bins).
     blur = np.exp(_SMOOTH_KAPPA * (np.cos(angles[:, None] - angles) - 1))
     blur /= blur.sum(0)
     for name, frame in frames.items():

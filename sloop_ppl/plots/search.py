@@ -125,6 +125,7 @@ def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:
     scaled = [np.zeros(city.grid.shape)]
     for name, belief in beliefs.items():
         table = check_cells(belief, city, f"The belief of '{name}'")
+        # 1e-300: a belief that is zero everywhere stays clear.
         scaled.append(table / max(float(table.max()), 1e-300))
     return np.max(scaled, axis=0)  # type: ignore[no-any-return]
 
@@ -135,6 +136,7 @@ def along(poses: Sequence[Any], step_m: float) -> list[tuple[float, float]]:
     for (x0, y0, *_), (x1, y1, *_) in itertools.pairwise(poses):
         parts = int(np.hypot(x1 - x0, y1 - y0) / step_m) + 1
         for t in np.linspace(0.0, 1.0, parts + 1):
+            # Rounded to a micrometre, so that a pose visited twice is one point.
             points[round(x0 + t * (x1 - x0), 6), round(y0 + t * (y1 - y0), 6)] = None
     return list(points)
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["FrameRose", "SheetParts", "plot_sheet", "plot_sheets"]
 
 Cells = NDArray[np.float64]
+# More small maps would be too small to tell streets apart.
 _MOST_PARTS, _MOST_ROSES = 6, 2
 
 
@@ -197,6 +198,7 @@ def _size(sheet: SheetParts) -> tuple[float, float]:
     maps = bool(sheet.parts or sheet.component_maps)
     if not maps and not _boxes(sheet):
         return 6.8, 7.0
+    # Inches: a landscape page for the maps, a band of 3.2 for the boxes below them.
     return 13.2, 6.3 + 3.2 * (maps and _boxes(sheet) > 0)
 
 

@@ -55,6 +55,8 @@ class Buildings:
                 "lonlat": [round(float(lon), 9), round(float(lat), 9)],
                 **door_tags,
             }
+            # Main entrances first, then by the number of the node, so that the order is that of no
+            # file.
             doors[id(building)].append((sort != "main", source_key(feature.source), door))
             report.entrances += 1
         for building in self.pieces:
@@ -129,6 +131,7 @@ def _settle(building: Piece, found: list[dict[str, str]]) -> None:
         mains = {
             t["addr:street"] for t in found if t.get("entrance") == "main" and "addr:street" in t
         }
+        # One street that all nodes name, else the one that the main entrance names.
         agreed = set(streets) if len(streets) == 1 else mains
         if len(agreed) == 1:
             building.tags = building.tags | {"addr:street": next(iter(agreed))}

@@ -54,6 +54,7 @@ _WATERS = {
     ("landuse", "reservoir"): "Reservoir", ("landuse", "basin"): "Basin",
     ("leisure", "swimming_pool"): "SwimmingPool",
 }  # fmt: skip
+# The first of these that a feature has says what it is.
 _POI_KEYS = (
     "amenity", "shop", "tourism", "historic", "leisure", "office", "craft", "healthcare",
     "railway", "highway", "public_transport", "aeroway", "man_made", "club", "diplomatic",
@@ -116,6 +117,7 @@ def is_underground(tags: Mapping[str, str]) -> bool:
     """
     if tags.get("location") == "underground" or tags.get("parking") == "underground":
         return True
+    # Several levels in one tag are parted by ";": below only if all of them are.
     below = any(_negative(tags.get(key, "")) for key in ("layer", "level"))
     if "highway" in tags and tags["highway"] != "bus_stop":
         tunnel = tags.get("tunnel", "no") not in ("no", "building_passage", "avalanche_protector")
@@ -174,6 +176,7 @@ def _poi(tags: Mapping[str, str], area: bool) -> Sort | None:
             continue
         return Sort("poi", camel_case(key if value == "yes" else value.split(";")[0]) or "Place")
     if area and "name" in tags and any(key in tags for key in _NAMED_AREAS):
+        # A named quarter or hamlet covers whole streets: nobody is "near" it.
         if tags.get("place", "square") not in ("square", "city_block", "plot"):
             return None
         return Sort("poi", "Place")

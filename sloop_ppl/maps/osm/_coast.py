@@ -13,7 +13,9 @@ from sloop_ppl.maps.osm._pieces import Piece
 
 __all__ = ["sea"]
 
+# How far beside the shore it is asked whether a face lies there, metres.
 _BESIDE_M = 0.05
+# Share of its shore that must have a face on the right for it to be sea.
 _SURE = 0.9
 
 
@@ -60,6 +62,7 @@ def _is_sea(face: BaseGeometry, shore: list[BaseGeometry]) -> bool:
         length = np.hypot(*along.T)
         some = length > 0
         middle, along, length = ((ends[:-1] + ends[1:]) / 2)[some], along[some], length[some]
+        # (dy, -dx) / length points to the right of the way.
         beside = _BESIDE_M * np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
         right += float(length[shapely.contains_xy(face, middle + beside)].sum())
         left += float(length[shapely.contains_xy(face, middle - beside)].sum())

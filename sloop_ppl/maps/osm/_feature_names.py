@@ -15,12 +15,15 @@ _ALIAS_TAGS = (
     "reg_name", "name_1", "name_2", "brand", "operator", "addr:housename",
 )  # fmt: skip
 _LANGUAGE = re.compile(r"name:([a-z]{2,3})")
+# Words of languages in which the house number stands before the street: English, French.
 _NUMBER_FIRST = {
     "street", "st", "avenue", "ave", "road", "rd", "drive", "dr", "lane", "ln", "boulevard",
     "blvd", "place", "pl", "court", "ct", "way", "terrace", "square", "highway", "hwy", "parkway",
     "pkwy", "circle", "alley", "walk", "row", "broadway", "plaza", "pike", "trail", "rue", "cité",
     "villa", "passage", "impasse", "quai", "cours", "allée",
 }  # fmt: skip
+# Share of the named features that must have a name in a language for it to be one of the place:
+# Swedish in Helsinki is, what an embassy is called in forty languages is not.
 _SHARE_OF_LOCAL = 0.1
 
 
@@ -44,6 +47,7 @@ def aliases(
         Languages whose ``name:xx`` counts, beside English.
     """
     keys = [*_ALIAS_TAGS, *(f"name:{language}" for language in ("en", *languages))]
+    # Of a road the operator is an office, and the ref, such as "B 1", a name.
     if "highway" in tags:
         keys = [key for key in keys if key not in ("operator", "brand")] + ["ref"]
     texts = [" ".join(part.split()) for key in keys for part in tags.get(key, "").split(";")]

@@ -17,6 +17,7 @@ ROAD_WIDTH_M = {
 }  # fmt: skip
 """Width of a carriageway or watercourse by class, metres, where no tag tells it."""
 
+# Width of a lane and height of a storey where no tag tells it, metres.
 _LANE_M = 3.25
 _LEVEL_M = 3.0
 _LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|km|cm|ft|feet|')?\s*")
@@ -49,10 +50,12 @@ def road_width_m(tags: Mapping[str, str]) -> float:
     """
     for key in ("width", "est_width"):
         tagged_m = length_m(tags.get(key))
+        # Wider or narrower is a slip of the tag.
         if tagged_m is not None and 0.5 <= tagged_m <= 60.0:
             return tagged_m
     usual = ROAD_WIDTH_M.get(tags.get("highway", tags.get("waterway", "")), 4.0)
     lanes = tags.get("lanes", "")
+    # Only of classes at least 5.5 m wide: a lane of a path takes no 3.25 m.
     if lanes.isascii() and lanes.isdigit() and 1 <= int(lanes) <= 16 and usual >= 5.5:
         return int(lanes) * _LANE_M
     return usual
@@ -67,4 +70,5 @@ def height_m(tags: Mapping[str, str]) -> float | None:
         levels = float(tags.get("building:levels", ""))
     except ValueError:
         return None
+    # More than 300 levels are a slip of the tag.
     return round(levels * _LEVEL_M, 3) if 0 < levels <= 300 else None

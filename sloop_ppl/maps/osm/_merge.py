@@ -18,7 +18,9 @@ from sloop_ppl.maps.osm.import_report import ImportReport
 __all__ = ["merge_pieces"]
 
 _JOINED_AREAS = {"square", "park", "water", "pedestrian", "service"}
+# Ways that run along a street and bear its name, but are not it.
 _BESIDE = {"sidewalk", "crossing", "traffic_island"}
+# A line is part of an area when this share of it runs within the area, widened by _REACH_M.
 _INSIDE_SHARE = 0.8
 _REACH_M = 5.0
 
@@ -97,6 +99,7 @@ def _union(pieces: list[Piece], chief: Piece, geometry: BaseGeometry) -> Piece:
     for piece in pieces:
         for key, value in piece.tags.items():
             every.setdefault(key, value)
+    # All names count, of other tags those of the largest piece alone.
     names = {k: v for k, v in every.items() if "name" in k}
     return Piece(sources, chief.kind, chief.word, chief.name, names | chief.tags, geometry)
 

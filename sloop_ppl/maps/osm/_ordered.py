@@ -33,6 +33,7 @@ def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
         for thing in osmium.FileProcessor(str(path)):
             count += 1
             _write_above_zero(writer, thing)
+    # simplify=True keeps the newest version of each; what is left is sorted by type and id.
     reader = osmium.MergeInputReader()
     reader.add_file(str(above))
     with osmium.SimpleWriter(str(copy)) as writer:

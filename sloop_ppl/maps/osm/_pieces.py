@@ -61,6 +61,7 @@ class Piece:
 
 def projected(features: list[OsmFeature], grid: Grid) -> list[OsmFeature]:
     """Return features with their geometry in the grid's frame, metres, all converted at once."""
+    # One call of pyproj for all coordinates.
     shapes = np.array([f.geometry for f in features] + [f.outline for f in features], dtype=object)
 
     def each(lonlat: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -99,6 +100,7 @@ def _sorted_out(feature: OsmFeature) -> tuple[Sort | None, BaseGeometry]:
     dimension = shapely.get_dimensions(feature.geometry)
     shape = ("point", "line", "area")[dimension]
     sort = classify(feature.tags, shape)
+    # A closed way that is nothing as an area may be a ring road or a roundabout.
     if sort is None and feature.outline is not None:
         return classify(feature.tags, "line"), feature.outline
     return sort, feature.geometry

@@ -126,6 +126,7 @@ class _Collector:
         source = f"way/{drawn_id(way.id)}"
         if any(ref.ref < 0 for ref in way.nodes):
             raise NotInOrder
+        # Extracts cut ways at their border: the nodes beyond are not in the file.
         given = [ref for ref in way.nodes if ref.location.x != _UNDEFINED]
         corners = [self._lonlat(ref.location, f"node/{drawn_id(ref.ref)}") for ref in given]
         whole = len(given) == len(way.nodes)
@@ -134,10 +135,12 @@ class _Collector:
             return
         self.report.cut_short += not whole
         whole = whole and way.is_closed()
+        # Repeated corners make no side.
         distinct = [c for c, before in zip(corners, [None, *corners], strict=False) if c != before]
         if len(distinct) < 2:
             return
         line = shapely.LineString(distinct)
+        # Three corners and the first again.
         if whole and len(distinct) >= 4:
             self._keep(source, dict(way.tags), shapely.Polygon(distinct), outline=line)
         else:
@@ -164,6 +167,7 @@ class _Collector:
         tags = dict(relation.tags)
         if tags.get("type") in _STREET_RELATIONS and "name" in tags:
             for member in relation.members:
+                # The roles of houses in both kinds of relation.
                 if member.role in ("house", "addr:houselink", "address"):
                     sort = {"n": "node", "w": "way", "r": "relation"}[member.type]
                     self.street_of.setdefault(f"{sort}/{drawn_id(member.ref)}", tags["name"])
@@ -247,6 +251,7 @@ def _bearers(path: Path, value: str) -> Iterator[tuple[str, str]]:
     """Yield the nodes of an XML file that have a coordinate of this text, to name them."""
     node = re.compile(rb"<node\b[^>]*>")
     try:
+        # 256 MiB: larger files are not read a second time only to name the node.
         content = path.read_bytes() if path.stat().st_size < 1 << 28 else b""
     except OSError:
         return

@@ -146,6 +146,7 @@ def _empty(file: Path, grid: Grid, known: Bounds | None) -> str:
         return f"{message}; choose another centre"
     west, south, east, north = known
     hint = "choose a centre inside"
+    # The centre would lie inside if its numbers were exchanged.
     if south <= lon <= north and west <= lat <= east:
         hint = "latitude and longitude are swapped"
     return f"{message}; it covers lat {south:g} to {north:g}, lon {west:g} to {east:g}: {hint}"
