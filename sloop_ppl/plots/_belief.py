@@ -127,20 +127,9 @@ def draw_hpd(ax: Axes, belief: NDArray[np.float64], grid: Grid, *, colour: str =
     for mass, dashes, points in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
         width = points * stroke(ax)
         border = region_outline(hpd_region(belief, mass), grid)
-        draw_shape(
-            ax,
-            border,
-            facecolor="none",
-            edgecolor=colour,
-            linewidth=width,
-            linestyle=dashes,
-            path_effects=[withStroke(linewidth=width + 1.1, foreground=PAPER, alpha=0.75)],
-            zorder=3.4,
-            gid=f"hpd-{mass * 100:.0f}",
-        )
-        handles.append(
-            Line2D(
-                [], [], color=colour, ls=dashes, lw=width, label=f"{mass * 100:.0f} % HPD region"
-            )
-        )
+        halo = [withStroke(linewidth=width + 1.1, foreground=PAPER, alpha=0.75)]
+        style: Any = {"linestyle": dashes, "path_effects": halo, "gid": f"hpd-{mass * 100:.0f}"}
+        draw_shape(ax, border, 3.4, edge=colour, points=points, **style)
+        label = f"{mass * 100:.0f} % HPD region"
+        handles.append(Line2D([], [], color=colour, ls=dashes, lw=width, label=label))
     return handles[::-1]

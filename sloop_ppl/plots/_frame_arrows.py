@@ -18,15 +18,8 @@ __all__ = ["arrow_length_m", "circular_sd_rad", "draw_frames"]
 
 _LEAST_P = 0.3  # less, and the front is more probably elsewhere
 _ARROW = [
-    (-1, 0.17),
-    (0.2, 0.17),
-    (0.2, 0.5),
-    (1, 0),
-    (0.2, -0.5),
-    (0.2, -0.17),
-    (-1, -0.17),
-    (-1, 0.17),
-]
+    (-1, 0.17), (0.2, 0.17), (0.2, 0.5), (1, 0), (0.2, -0.5), (0.2, -0.17), (-1, -0.17), (-1, 0.17),
+]  # fmt: skip
 
 
 def circular_sd_rad(kappa: float | None) -> float:
@@ -92,16 +85,8 @@ def draw_frames(
         spread = math.degrees(circular_sd_rad(frame.kappa))
         if spread > 0:
             middle = math.degrees(frame.mean_rad)
-            fan = Wedge(
-                (x, y),
-                0.85 * length,
-                middle - spread,
-                middle + spread,
-                facecolor=colour,
-                edgecolor="none",
-                alpha=0.4,
-                zorder=3.6,
-            )
+            fan = Wedge((x, y), 0.85 * length, middle - spread, middle + spread, zorder=3.6)
+            fan.set(facecolor=colour, edgecolor="none", alpha=0.4)
             ax.add_artist(fan)
         ax.add_artist(
             FancyArrowPatch(

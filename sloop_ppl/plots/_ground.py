@@ -38,10 +38,12 @@ def draw_ground(ax: Axes, city: CityMap, palette: MapPalette) -> None:
     # 1 to 3.2, belief 2 to 3.4, arrows and path 4, targets and finds 5, labels 6, furniture 7,
     # legend 8.
     window = shapely.box(*city.grid.extent_m)
-    draw_shape(ax, window, facecolor=palette.ground, edgecolor="none", zorder=0.1)
+    draw_shape(ax, window, 0.1, palette.ground)
     _areas(ax, city, palette, window)
     _roads(ax, city, palette, window)
-    _buildings(ax, city, palette, window)
+    for shape in _polygons(city.of_kind("building"), window):
+        face, edge = palette.building, palette.building_edge
+        draw_shape(ax, shape, 0.7, face, edge, 0.6, joinstyle="round")
     _pois(ax, city, palette)
     _parking_signs(ax, city, palette, window)
 
@@ -52,13 +54,25 @@ def road_width_m(landmark: Landmark) -> float:
     return max((landmark.width_m or 0.0) * _WIDEN[kind], _AT_LEAST_M[kind])
 
 
-def draw_shape(ax: Axes, geometry: BaseGeometry, **style: Any) -> None:
-    """Add one polygon, line or several of them to an axes without touching its limits."""
+def draw_shape(
+    ax: Axes,
+    geometry: BaseGeometry,
+    zorder: float,
+    face: str = "none",
+    edge: str = "none",
+    points: float = 0.0,
+    **style: Any,
+) -> None:
+    """Add one polygon, line or several of them to an axes without touching its limits.
+
+    The edge is so many points wide on an axes of usual width; see `stroke`.
+    """
     from matplotlib.patches import PathPatch
 
     path = shape_path(geometry)
     if np.size(path.vertices):
-        ax.add_artist(PathPatch(path, **style))
+        colours = {"facecolor": face, "edgecolor": edge, "linewidth": points * stroke(ax)}
+        ax.add_artist(PathPatch(path, zorder=zorder, **colours, **style))
 
 
 def shape_path(geometry: BaseGeometry) -> Path:
@@ -112,42 +126,17 @@ def _areas(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
         "pedestrian": (palette.square, palette.road_edge),
     }
     for shape in _polygons(city.of_kind("poi"), window):  # a campus, a marina, a market: grounds
-        draw_shape(ax, shape, facecolor=palette.square, edgecolor="none", zorder=0.2)
+        draw_shape(ax, shape, 0.2, palette.square)
     for kind, (face, edge) in fills.items():
         for shape in _polygons(city.of_kind(kind), window):
-            draw_shape(
-                ax, shape, facecolor=face, edgecolor=edge, linewidth=0.5 * stroke(ax), zorder=0.3
-            )
+            draw_shape(ax, shape, 0.3, face, edge, 0.5)
     for shape in _polygons(city.of_kind("parking"), window):
-        draw_shape(
-            ax,
-            shape,
-            facecolor=palette.parking,
-            edgecolor=palette.parking_edge,
-            linewidth=0.5 * stroke(ax),
-            zorder=0.35,
-        )
-        hatch = _hatch(shape)
-        draw_shape(
-            ax,
-            hatch,
-            facecolor="none",
-            edgecolor=palette.parking_edge,
-            linewidth=0.35 * stroke(ax),
-            zorder=0.4,
-        )
+        draw_shape(ax, shape, 0.35, palette.parking, palette.parking_edge, 0.5)
+        draw_shape(ax, _hatch(shape), 0.4, edge=palette.parking_edge, points=0.35)
     for landmark in city.of_kind("park", "water"):
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             strip = landmark.geometry.buffer(max(landmark.width_m or 0.0, 2.0) / 2)
-            face, edge = fills[landmark.kind]
-            draw_shape(
-                ax,
-                strip & window,
-                facecolor=face,
-                edgecolor=edge,
-                linewidth=0.5 * stroke(ax),
-                zorder=0.3,
-            )
+            draw_shape(ax, strip & window, 0.3, *fills[landmark.kind], 0.5)
 
 
 def _hatch(shape: BaseGeometry, step_m: float = 4.0) -> BaseGeometry:
@@ -197,48 +186,16 @@ def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
     surface = road_surface(city)
     if surface.is_empty:
         surface = shapely.Polygon()
-    draw_shape(ax, surface & window, facecolor=palette.road, edgecolor="none", zorder=0.5)
-    draw_shape(
-        ax,
-        shapely.boundary(surface) & window,
-        facecolor="none",
-        edgecolor=palette.road_edge,
-        linewidth=0.9 * stroke(ax),
-        zorder=0.52,
-    )
+    draw_shape(ax, surface & window, 0.5, palette.road)
+    draw_shape(ax, shapely.boundary(surface) & window, 0.52, edge=palette.road_edge, points=0.9)
     for landmark in city.of_kind("pedestrian"):
         if landmark.geometry.geom_type not in ("LineString", "MultiLineString"):
             continue
         line = shapely.intersection(landmark.geometry, window)
-        draw_shape(
-            ax,
-            shapely.intersection(line.buffer(road_width_m(landmark) / 2), window),
-            facecolor=palette.square,
-            edgecolor="none",
-            zorder=0.55,
-        )
-        draw_shape(
-            ax,
-            line,
-            facecolor="none",
-            edgecolor=palette.pedestrian,
-            linewidth=0.9 * stroke(ax),
-            linestyle=(0, (3.0, 2.0)),
-            zorder=0.56,
-        )
-
-
-def _buildings(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
-    for shape in _polygons(city.of_kind("building"), window):
-        draw_shape(
-            ax,
-            shape,
-            facecolor=palette.building,
-            edgecolor=palette.building_edge,
-            linewidth=0.6 * stroke(ax),
-            joinstyle="round",
-            zorder=0.7,
-        )
+        strip = shapely.intersection(line.buffer(road_width_m(landmark) / 2), window)
+        draw_shape(ax, strip, 0.55, palette.square)
+        dashes = (0, (3.0, 2.0))
+        draw_shape(ax, line, 0.56, edge=palette.pedestrian, points=0.9, linestyle=dashes)
 
 
 def _pois(ax: Axes, city: CityMap, palette: MapPalette) -> None:
@@ -279,11 +236,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
             fontsize=size,
             fontweight="bold",
             color=PAPER,
-            bbox={
-                "boxstyle": "round,pad=0.25",
-                "facecolor": palette.sign,
-                "edgecolor": "none",
-            },
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": palette.sign, "edgecolor": "none"},
             zorder=0.85,
             annotation_clip=True,
             gid="parking-sign",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
+from sloop_ppl.plots._axes import fitted, new_axes, set_title, width_in
 from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
 from sloop_ppl.plots._marks import add_legend, add_scale_bar
 from sloop_ppl.plots._palette import ACCENTS, INK, difference_colours
@@ -160,23 +160,14 @@ def plot_change(
     change = posterior - prior
     # The same scale for more and for less, so that no change is the clear middle.
     top = max(float(np.abs(change).max()), 1e-12)
-    image = draw_cells(
-        axes,
-        change,
-        city.grid,
-        cmap=difference_colours(),
-        norm=TwoSlopeNorm(0.0, vmin=-top, vmax=top),
-    )
+    norm = TwoSlopeNorm(0.0, vmin=-top, vmax=top)
+    image = draw_cells(axes, change, city.grid, cmap=difference_colours(), norm=norm)
     handles = draw_hpd(axes, posterior, city.grid)
     mode = mode_of(posterior, city.grid)
     handles.append(add_mark(axes, mode, "*", ACCENTS["mode"], "most probable cell"))
     layer.avoid(points=[mode])
     add_colour_bar(axes, image, "change of the probability of a cell")
-    size = font_pt(width_in(axes)) + 1.5
-    heading = title or f"{bits_gained(posterior, prior):.2f} bits gained"
-    axes.set_title(
-        fitted(heading, size, width_in(axes)), fontsize=size, color=INK, pad=5, parse_math=False
-    )
+    set_title(axes, title or f"{bits_gained(posterior, prior):.2f} bits gained")
     if legend:
         add_legend(axes, handles, layer)
     return axes

@@ -161,17 +161,9 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
 
         shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
     shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
-    draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13, zorder=1.0)
-    width = 1.3 * stroke(ax)
-    draw_shape(
-        ax,
-        shape,
-        facecolor="none",
-        edgecolor=colour,
-        linewidth=width,
-        path_effects=[withStroke(linewidth=2 * width, foreground=PAPER, alpha=0.7)],
-        zorder=3.0,
-    )
+    draw_shape(ax, shape, 1.0, colour, alpha=0.13)
+    halo = [withStroke(linewidth=2.6 * stroke(ax), foreground=PAPER, alpha=0.7)]
+    draw_shape(ax, shape, 3.0, edge=colour, points=1.3, path_effects=halo)
 
 
 def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -> list[Label]:

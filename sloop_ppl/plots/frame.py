@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
+from sloop_ppl.plots._axes import new_axes, set_title
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
 from sloop_ppl.plots._protocols import DistributionLike, FrameLike
@@ -135,9 +135,7 @@ def plot_frame(
         handles.append(Line2D([], [], color=INK, lw=1.0, ls=(0, (2, 1.5)), label="prior"))
     axes.plot([x], [y], "o", ms=4, mfc=INK, mec=PAPER, mew=0.7, zorder=4.4)
     layer.avoid(points=[(x, y)])
-    size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or f"Front of {display_name(landmark)}", size, width_in(axes))
-    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
+    set_title(axes, title or f"Front of {display_name(landmark)}")
     if legend:
         add_legend(axes, handles, layer)
     return axes

@@ -11,11 +11,11 @@ import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, stroke, width_in
+from sloop_ppl.plots._axes import new_axes, set_title
 from sloop_ppl.plots._belief import check_cells, draw_cells, region_outline
 from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._marks import add_legend
-from sloop_ppl.plots._palette import ACCENTS, INK, belief_colours
+from sloop_ppl.plots._palette import ACCENTS, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
 from sloop_ppl.plots._robot import draw_finds, draw_path, draw_targets, seen_image, sparse_steps
 from sloop_ppl.plots.city import draw_map
@@ -79,14 +79,8 @@ def plot_search(
         draw_cells(axes, together(beliefs, city), city.grid, alpha=0.75, zorder=1.8)
     seen = seen_image(episode.views, city.grid.shape)
     draw_cells(axes, seen, city.grid, zorder=1.6, vmin=None)
-    draw_shape(
-        axes,
-        region_outline(seen[..., 3] > 0, city.grid),
-        facecolor="none",
-        edgecolor=ACCENTS["view"],
-        linewidth=0.9 * stroke(axes),
-        zorder=2.3,
-    )
+    border = region_outline(seen[..., 3] > 0, city.grid)
+    draw_shape(axes, border, 2.3, edge=ACCENTS["view"], points=0.9)
     handles = draw_path(axes, episode.poses)
     handles += draw_targets(axes, episode.places, episode.found_targets, imagined)
     finds, discs = draw_finds(axes, episode)
@@ -98,9 +92,7 @@ def plot_search(
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
-    size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or outcome(episode), size, width_in(axes))
-    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
+    set_title(axes, title or outcome(episode))
     if legend:
         add_legend(axes, handles, layer)
     return axes

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.plots._axes import fitted
+from sloop_ppl.plots._axes import quote_texts
 from sloop_ppl.plots._palette import INK
 from sloop_ppl.plots._protocols import FrameLike, PosteriorLike
 from sloop_ppl.plots.bars import plot_components, plot_influence
@@ -176,10 +176,7 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
     bands = figure.subfigures(len(sheets), 1, squeeze=False, height_ratios=[h for _, h in sizes])
     for band, (target, sheet) in zip(bands.flat, sheets.items(), strict=True):
         _fill(band, posterior, target, sheet)
-    utterance = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
-    if utterance:
-        fitted_title = fitted(f"“{utterance}”", 11.0, 0.92 * width)
-        figure.suptitle(fitted_title, fontsize=11, color=INK, parse_math=False)
+    quote_texts(figure, posterior.texts, width)
     return figure
 
 
