@@ -7,7 +7,19 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli._options import Files, Json, Maps, Nlp, Params, unused_options
+from sloop_ppl.cli._options import (
+    Epochs,
+    Files,
+    Fov,
+    Json,
+    Maps,
+    Nlp,
+    Params,
+    Patience,
+    Seed,
+    Sims,
+    unused_options,
+)
 from sloop_ppl.cli._output import print_data, print_json, progress
 
 __all__ = ["app"]
@@ -127,12 +139,12 @@ def search(
     ranges: Annotated[str, typer.Option(help="Ranges of the sensor, cells.")] = "3,4,5",
     starts: Annotated[int, typer.Option(help="Starts per target.")] = 1,
     planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "fast",
-    sims: Annotated[int, typer.Option(help="Simulations per step.")] = 1000,
+    sims: Sims = 1000,
     rollout: Annotated[
         str | None,
         typer.Option(help="published, random or informed; else the planner's.", show_default=False),
     ] = None,
-    fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
+    fov: Fov = 90,
     steps: Annotated[
         int | None,
         typer.Option(
@@ -225,14 +237,9 @@ def frames(
         list[Path] | None,
         typer.Option(help="Description file, .jsonl, to score fronts on too; may be repeated."),
     ] = None,
-    epochs: Annotated[
-        int | None, typer.Option(min=1, help="At most so many passes.", show_default="recipe's")
-    ] = None,
-    patience: Annotated[
-        int | None,
-        typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
+    epochs: Epochs = None,
+    patience: Patience = None,
+    seed: Seed = 0,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the deviations, .png .pdf .svg.")
     ] = None,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli._options import Json
+from sloop_ppl.cli._options import Epochs, Json, Patience, Seed
 from sloop_ppl.cli._output import print_data, print_json, progress
 
 __all__ = ["app"]
@@ -32,13 +32,8 @@ def train(
     leave_out: Annotated[
         str, typer.Option(help="Maps of the folder not to train on, separated by commas.")
     ] = "",
-    epochs: Annotated[
-        int | None, typer.Option(min=1, help="At most so many passes.", show_default="recipe's")
-    ] = None,
-    patience: Annotated[
-        int | None,
-        typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
-    ] = None,
+    epochs: Epochs = None,
+    patience: Patience = None,
     descriptions: Annotated[
         list[Path] | None,
         typer.Option(help="Description file, .jsonl, for the second stage; may be repeated."),
@@ -47,7 +42,7 @@ def train(
         Path | None,
         typer.Option(help="Where the second stage writes its parameters, .json, for --params."),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
+    seed: Seed = 0,
     json: Json = False,
 ) -> None:
     """Train a network on buildings whose address tells the street they face."""

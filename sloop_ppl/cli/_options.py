@@ -9,7 +9,9 @@ import typer
 
 __all__ = [
     "Engine",
+    "Epochs",
     "Files",
+    "Fov",
     "Frames",
     "Json",
     "Map",
@@ -17,7 +19,10 @@ __all__ = [
     "Model",
     "Nlp",
     "Params",
+    "Patience",
     "Prior",
+    "Seed",
+    "Sims",
     "Targets",
     "Text",
     "Variant",
@@ -71,6 +76,16 @@ Viewpoint = Annotated[
         help="Where who speaks looks from: a map, whose up is north, or the ground, where up, "
         "down, above and under are no compass words."
     ),
+]
+Fov = Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")]
+Sims = Annotated[int, typer.Option(help="Simulations per step.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")]
+Epochs = Annotated[
+    int | None, typer.Option(min=1, help="At most so many passes.", show_default="recipe's")
+]
+Patience = Annotated[
+    int | None,
+    typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 

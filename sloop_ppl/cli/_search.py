@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -9,11 +10,14 @@ import typer
 
 from sloop_ppl.cli._options import (
     Engine,
+    Fov,
     Frames,
     Json,
     Model,
     Params,
     Prior,
+    Seed,
+    Sims,
     Targets,
     Variant,
     Viewpoint,
@@ -25,6 +29,11 @@ from sloop_ppl.cli._output import print_data, print_json, progress
 from sloop_ppl.errors import InputError
 
 __all__ = ["search"]
+
+_WITH_REPLAY = ("replay", "map_", "figure", "animation", "json")
+_OF_THE_POSTERIOR = (
+    "model", "variant", "engine", "frames", "params", "prior", "targets", "viewpoint",
+)  # fmt: skip
 
 
 def search(
@@ -70,8 +79,8 @@ def search(
         ),
     ] = None,
     range_: Annotated[float, typer.Option("--range", help="How far the sensor sees, cells.")] = 3,
-    fov: Annotated[float, typer.Option(help="Opening of the sensor's fan, degrees.")] = 90,
-    sims: Annotated[int, typer.Option(help="Simulations per step.")] = 1000,
+    fov: Fov = 90,
+    sims: Sims = 1000,
     steps: Annotated[
         int | None,
         typer.Option(
@@ -103,7 +112,7 @@ def search(
     replay: Annotated[
         Path | None, typer.Option(help="Draw a saved episode again (--figure, --animation).")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Save the episode, .json.")] = None,
     posterior_out: Annotated[
         Path | None, typer.Option(help="Save what is believed after the search, .nc.")
@@ -124,12 +133,14 @@ def search(
     from sloop_ppl.bridge._search_request import SearchRequest, run_request
 
     if replay is not None:
-        _only(context, "replay", "map_", "figure", "animation", "json")
+        others = [n for n in given(context) if n not in _WITH_REPLAY]
+        _refuse(others, "--replay", "an episode is drawn as it was")
         payload, line = replay_report(replay, map_, figure=figure, animation=animation)
         print_json(payload) if json else print_data(line)
         return
     if posterior is not None:
-        _not_with_posterior(context)
+        others = [n for n in given(context) if n in _OF_THE_POSTERIOR]
+        _refuse(others, "--posterior", "a saved posterior keeps its own")
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
@@ -146,30 +157,7 @@ def search(
     print_json(lines.report) if json else print_data(*lines.summary)
 
 
-def _only(context: typer.Context, *names: str) -> None:
-    """Refuse what does not go with ``--replay``."""
-    for name in given(context):
-        if name not in names:
-            raise InputError(
-                f"{as_typed(name)} does not go with --replay; leave it out: an episode is drawn as "
-                "it was"
-            )
-
-
-def _not_with_posterior(context: typer.Context) -> None:
-    """Refuse what would be inferred otherwise than the saved posterior was."""
-    for name in given(context):
-        if name in (
-            "model",
-            "variant",
-            "engine",
-            "frames",
-            "params",
-            "prior",
-            "targets",
-            "viewpoint",
-        ):
-            raise InputError(
-                f"{as_typed(name)} does not go with --posterior; leave it out: a saved posterior "
-                "keeps its own"
-            )
+def _refuse(names: Iterable[str], option: str, reason: str) -> None:
+    """Refuse the first of the options that do not go with another one."""
+    for name in names:
+        raise InputError(f"{as_typed(name)} does not go with {option}; leave it out: {reason}")
