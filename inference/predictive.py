@@ -23,7 +23,7 @@ __all__ = ["PhraseCheck", "check_phrase", "word_probabilities"]
 
 Table = NDArray[np.float64]
 
-_ANGLES = 72
+_ANGLES = 72  # exact to rounding for a smooth likelihood; see `sloop_ppl.models.program.log_words`
 
 
 @dataclass(frozen=True)

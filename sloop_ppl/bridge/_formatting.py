@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from sloop_ppl.bridge.relation_text import percent
+from sloop_ppl.bridge.relation_text import distance_in_words, percent
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
@@ -33,8 +33,8 @@ def relation_table(description: Description) -> Table:
         table.add_column(name, overflow="fold")
     for relation in description.relations:
         word = f"not {relation.relation}" if relation.negated else relation.relation
-        if relation.distance_m is not None:
-            word += f" ({relation.distance_m:g} m)"
+        if distance := distance_in_words(relation):
+            word += f" ({distance})"
         table.add_row(
             relation.figure, word, ", ".join(relation.grounds), _words(description, relation)
         )

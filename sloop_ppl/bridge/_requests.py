@@ -78,6 +78,7 @@ def posterior_of(
     params: Path | None = None,
     prior: str | None = None,
     viewpoint: str = "map",
+    hearer: tuple[float, float] | None = None,
     truth: dict[str, tuple[float, float]] | None = None,
     rng: np.random.Generator | None = None,
 ) -> Posterior:
@@ -91,6 +92,8 @@ def posterior_of(
         A name or file; see :func:`sloop_ppl.models.cell_prior`.
     viewpoint
         Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
+    hearer
+        Where who listens is, metres.
 
     Raises
     ------
@@ -101,7 +104,9 @@ def posterior_of(
     before = None if prior is None else cell_prior(prior)
     city = load_map(map_name)
     declared = load_targets(targets) if targets else None
-    utterance = parse(text, city, targets=declared, viewpoint=check_viewpoint(viewpoint))
+    utterance = parse(
+        text, city, targets=declared, viewpoint=check_viewpoint(viewpoint), hearer=hearer
+    )
     if not utterance.relations:
         raise no_relation_found(utterance, city, declared)
     return infer(utterance, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)

@@ -14,7 +14,7 @@ from sloop_ppl.bridge._replay import draw_episode
 from sloop_ppl.bridge._requests import posterior_of, saved_posterior
 from sloop_ppl.bridge._timed_utterances import read_utterances
 from sloop_ppl.bridge._trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge._typed import read_places, read_settings, read_start
+from sloop_ppl.bridge._typed import read_hearer, read_places, read_settings, read_start
 from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
 from sloop_ppl.bridge.searching import search
 from sloop_ppl.errors import InputError
@@ -46,6 +46,7 @@ class SearchRequest:
     params: Path | None = None
     prior: str | None = None
     viewpoint: str = "map"
+    hearer: str | None = None
     posterior: Path | None = None
     utterances: tuple[str, ...] = ()
     planner: str = "fast"
@@ -167,7 +168,7 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
         request.text, request.map_name, targets=request.targets, model=request.model,
         variant=request.variant, engine=request.engine, frames=request.frames,
         params=request.params, prior=request.prior, viewpoint=request.viewpoint,
-        truth=places, rng=rng,
+        hearer=read_hearer(request.hearer), truth=places, rng=rng,
     )  # fmt: skip
 
 

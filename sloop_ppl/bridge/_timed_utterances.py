@@ -82,7 +82,10 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
     # One text, so that the parser resolves "it"; each part ends its sentence.
     earlier = "".join(f"{t.rstrip(' .!?;,')}. " for t in (*posterior.texts, *before) if t.strip())
     viewpoint = posterior.descriptions[-1].viewpoint if posterior.descriptions else "map"
-    whole = parse(earlier + text, posterior.city, targets=targets, viewpoint=viewpoint)
+    hearer = posterior.descriptions[-1].hearer if posterior.descriptions else None
+    whole = parse(
+        earlier + text, posterior.city, targets=targets, viewpoint=viewpoint, hearer=hearer
+    )
     n = len(earlier)
     relations = tuple(
         replace(relation, spans=_moved(relation.spans, n))
@@ -101,6 +104,7 @@ def follow_up(posterior: Posterior, text: str, before: Sequence[str] = ()) -> De
             if u.span[0] >= n
         ),
         viewpoint=viewpoint,
+        hearer=hearer,
     )
     if not relations:
         raise no_relation_found(description, posterior.city, targets)

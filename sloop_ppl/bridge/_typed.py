@@ -10,7 +10,7 @@ from typing import Any
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.planning import SearchConfig
 
-__all__ = ["read_places", "read_settings", "read_start"]
+__all__ = ["read_hearer", "read_places", "read_settings", "read_start"]
 
 
 def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -62,6 +62,30 @@ def read_start(typed: str | None) -> tuple[float, ...] | None:
             f"Start '{typed}' is malformed; expected x,y or x,y,heading in metres and degrees"
         )
     return tuple(values)
+
+
+def read_hearer(typed: str | None) -> tuple[float, float] | None:
+    """Return x and y, in metres, of where who listens is; None when it is not given.
+
+    Raises
+    ------
+    InputError
+        When it is malformed or not finite.
+
+    Examples
+    --------
+    >>> read_hearer("-20,150")
+    (-20.0, 150.0)
+    """
+    if typed is None:
+        return None
+    values = _numbers(typed)
+    if len(values) != 2:
+        raise InputError(
+            f"Hearer '{typed}' is malformed; expected x,y in metres, such as -20,150: where who "
+            "listens is, inside the map or outside"
+        )
+    return values[0], values[1]
 
 
 def _numbers(text: str) -> list[float]:

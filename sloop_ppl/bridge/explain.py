@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from sloop_ppl.bridge.relation_text import facing, percent, relations_in_words
+from sloop_ppl.bridge.relation_text import facing, ground_label, percent, relations_in_words
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps._whereabouts import whereabouts
 
@@ -107,7 +107,7 @@ def _frames(posterior: Posterior, target: str) -> Iterator[str]:
         frame = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = frame["angle"].values, frame["prior"].values
         modes = modes_of(frame.values, angles)
-        label = posterior.city.landmark(framed.term.ground).label
+        label = ground_label(posterior.city, framed.term.ground)
         directions = []
         for mean, _ in modes:
             # cos(45 degrees) = sqrt(1 / 2): an eighth of a turn to either side.
@@ -168,7 +168,7 @@ def _changes(
             continue
         other = mode_m(opposite.values, city.grid)
         if math.dist(mode, other) > _NEAR_M:
-            label = city.landmark(framed.term.ground).label
+            label = ground_label(city, framed.term.ground)
             yield (
                 f"  if {label} faced {facing(mean + math.pi)}: most probably "
                 f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"

@@ -108,7 +108,7 @@ def _roses(posterior: Posterior, target: str) -> list[FrameRose]:
     roses: dict[str, FrameRose] = {}
     for framed in posterior.framed(target):
         ground = framed.term.ground
-        if ground not in roses:
+        if ground in posterior.city and ground not in roses:  # who listens is not on the map
             factor = posterior.factors[framed.which]
             frame_posterior = FramePosterior(posterior.joint, factor, target, framed)
             roses[ground] = FrameRose(ground, *frame_masses(frame_posterior, _DIRECTIONS))

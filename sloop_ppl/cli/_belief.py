@@ -10,6 +10,7 @@ import typer
 from sloop_ppl.cli._options import (
     Engine,
     Frames,
+    Hearer,
     Json,
     Map,
     Model,
@@ -36,6 +37,7 @@ def infer(
     params: Params = None,
     prior: Prior = None,
     viewpoint: Viewpoint = "map",
+    hearer: Hearer = None,
     out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the beliefs and what explains them, .png .pdf .svg.")
@@ -64,11 +66,13 @@ def infer(
 
     from sloop_ppl.bridge._formatting import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge._requests import posterior_of
+    from sloop_ppl.bridge._typed import read_hearer
     from sloop_ppl.models import fitting_note
 
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
-        params=params, prior=prior, viewpoint=viewpoint, rng=np.random.default_rng(seed),
+        params=params, prior=prior, viewpoint=viewpoint, hearer=read_hearer(hearer),
+        rng=np.random.default_rng(seed),
     )  # fmt: skip
     for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:

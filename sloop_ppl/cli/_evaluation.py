@@ -58,19 +58,30 @@ def parse(
     misspell: Annotated[
         float, typer.Option(help="Share of the words of five letters or more to misspell.")
     ] = 0.0,
-    seed: Annotated[int, typer.Option(help="Seed of the misspelling.")] = 0,
+    annotations: Annotated[
+        Path | None,
+        typer.Option(help="Gold relations by id, for lines without.", show_default=False),
+    ] = None,
+    misses: Annotated[
+        bool, typer.Option("--misses", help="Print each line that is not wholly read right.")
+    ] = False,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Judge the confidence of what was read.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the misspelling and of intervals.")] = 0,
     json: Json = False,
 ) -> None:
     """Read descriptions and compare with their gold relations."""
-    from sloop_ppl.eval.parse_files import parse_score_lines, score_files
+    from sloop_ppl.eval._parse_files import parse_score_lines, score_files
 
     score = score_files(
-        files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell, seed=seed
-    )
+        files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell,
+        annotations=annotations, confidence=confidence, seed=seed,
+    )  # fmt: skip
     if json:
         print_json(score.to_json())
     else:
-        print_data(*parse_score_lines(score))
+        print_data(*parse_score_lines(score, misses=misses))
 
 
 @app.command()
@@ -80,8 +91,8 @@ def describe(
     json: Json = False,
 ) -> None:
     """Say what is in a set: parse yield, relations, targets and descriptions."""
+    from sloop_ppl.eval._table_lines import table_lines
     from sloop_ppl.eval.describe import describe_files, summary_tables
-    from sloop_ppl.eval.table_lines import table_lines
 
     summary = describe_files(files, maps=maps)
     if json:
@@ -105,7 +116,7 @@ def quality(
     json: Json = False,
 ) -> None:
     """Score what models believe against where the targets are."""
-    from sloop_ppl.eval.quality_files import draw_quality, quality_lines, score_quality
+    from sloop_ppl.eval._quality_files import draw_quality, quality_lines, score_quality
     from sloop_ppl.plots import check_figure_path
 
     if figure:
@@ -173,7 +184,7 @@ def search(
 ) -> None:
     """Search for every described target under every model and range; resumable."""
     from sloop_ppl.cli._sweep_progress import sweep_progress
-    from sloop_ppl.eval.sweep_files import SweepRequest, sweep_files
+    from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
@@ -211,7 +222,7 @@ def report(
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
-    from sloop_ppl.eval.report import make_report, write_docs, write_report
+    from sloop_ppl.eval._report import make_report, write_docs, write_report
     from sloop_ppl.eval.results import read_results, reward_summary
 
     sweeps = [read_results(folder) for folder in folders]
@@ -246,7 +257,7 @@ def frames(
     json: Json = False,
 ) -> None:
     """Hold cities out in turn and score which way their buildings are said to face."""
-    from sloop_ppl.eval.frame_files import frame_lines, score_frames
+    from sloop_ppl.eval._frame_files import frame_lines, score_frames
     from sloop_ppl.plots import check_figure_path, save_figure
 
     if figure:
@@ -279,8 +290,8 @@ def fit(
 
     Ctrl-C keeps the finished fits; the same command goes on from there.
     """
-    from sloop_ppl.eval.fit_files import fit_files, fit_tables
-    from sloop_ppl.eval.table_lines import table_lines
+    from sloop_ppl.eval._fit_files import fit_files, fit_tables
+    from sloop_ppl.eval._table_lines import table_lines
 
     selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
     if json:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli._options import Json, Map, Nlp, Targets, Text, Viewpoint
+from sloop_ppl.cli._options import Hearer, Json, Map, Nlp, Targets, Text, Viewpoint
 from sloop_ppl.cli._output import print_data, print_json
 from sloop_ppl.outputs import check_output, written_whole
 
@@ -20,6 +20,7 @@ def parse(
     targets: Targets = None,
     nlp: Nlp = None,
     viewpoint: Viewpoint = "map",
+    hearer: Hearer = None,
     html: Annotated[
         Path | None, typer.Option(help="Also write the coloured sentence as a page, .html.")
     ] = None,
@@ -29,12 +30,15 @@ def parse(
     import sloop_ppl as sloop
     from sloop_ppl import language
     from sloop_ppl.bridge._formatting import relation_table
+    from sloop_ppl.bridge._typed import read_hearer
 
+    place = read_hearer(hearer)
     page = check_output(html, (".html", ".htm")) if html else None
     city = sloop.load_map(map_)
     declared = language.load_targets(targets) if targets else None
     parser = language.dependency_parser(nlp) if nlp else "rules"
-    parsed = language.parse(text, city, declared, parser, language.check_viewpoint(viewpoint))
+    seen_from = language.check_viewpoint(viewpoint)
+    parsed = language.parse(text, city, declared, parser, seen_from, hearer=place)
     if page:
         with written_whole(page) as path:
             path.write_text(language.html_page(parsed), encoding="utf-8")

@@ -13,6 +13,7 @@ __all__ = [
     "Files",
     "Fov",
     "Frames",
+    "Hearer",
     "Json",
     "Map",
     "Maps",
@@ -86,6 +87,13 @@ Epochs = Annotated[
 Patience = Annotated[
     int | None,
     typer.Option(min=1, help="Stop after so many without gain.", show_default="recipe's"),
+]
+Hearer = Annotated[
+    str | None,
+    typer.Option(
+        help='Where who listens is ("north of you"), x,y in metres; may be outside the map.',
+        show_default=False,
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 

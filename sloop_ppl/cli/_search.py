@@ -12,6 +12,7 @@ from sloop_ppl.cli._options import (
     Engine,
     Fov,
     Frames,
+    Hearer,
     Json,
     Model,
     Params,
@@ -33,6 +34,7 @@ __all__ = ["search"]
 _WITH_REPLAY = ("replay", "map_", "figure", "animation", "json")
 _OF_THE_POSTERIOR = (
     "model", "variant", "engine", "frames", "params", "prior", "targets", "viewpoint",
+    "hearer",
 )  # fmt: skip
 
 
@@ -60,6 +62,7 @@ def search(
     params: Params = None,
     prior: Prior = None,
     viewpoint: Viewpoint = "map",
+    hearer: Hearer = None,
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
     ] = None,
@@ -144,8 +147,8 @@ def search(
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, viewpoint=viewpoint, posterior=posterior, utterances=tuple(utterances or ()),
-        planner=planner, sensor=sensor,
+        prior=prior, viewpoint=viewpoint, hearer=hearer, posterior=posterior,
+        utterances=tuple(utterances or ()), planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias, cast, get_args
 
@@ -9,9 +10,16 @@ from sloop_ppl.errors import DescriptionError, UnknownName
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
 
 __all__ = [
+    "HEARER",
+    "NOT_ON_MAP",
+    "SPEAKER",
+    "Candidate",
     "Description",
+    "Distance",
+    "Reading",
     "RelationSpans",
     "SpatialRelation",
+    "Status",
     "TargetObject",
     "Unresolved",
     "Viewpoint",
@@ -19,6 +27,19 @@ __all__ = [
 ]
 
 Span = tuple[int, int]
+
+HEARER = "Hearer"
+"""Id of the place of who listens, as a ground ("north of you")."""
+
+SPEAKER = "Me"
+"""Id of the target that who speaks is ("I'm at the bank")."""
+
+NOT_ON_MAP = "NotOnMap"
+"""Ground of a relation none of whose candidates is on the map; ``null`` in JSON."""
+
+Status: TypeAlias = Literal["asked", "retracted", "past", "route", "other", "unknown"]
+"""Why a phrase is not among the relations: it was asked, taken back, held before, tells a way,
+locates something else, or was not understood."""
 
 Viewpoint: TypeAlias = Literal["map", "ground"]
 """Where who speaks looks from: at a map from above, or at a city from the ground in it."""
@@ -56,6 +77,66 @@ class RelationSpans:
 
 
 @dataclass(frozen=True)
+class Candidate:
+    """One place that a mention may refer to.
+
+    Parameters
+    ----------
+    ground
+        Id of a landmark or target; None for a place that is not on the map.
+    probability
+        Its share before anything else is known, in [0, 1]. Shares of one mention sum to one.
+    """
+
+    ground: str | None
+    probability: float
+
+
+@dataclass(frozen=True)
+class Distance:
+    """A said distance, or bounds on one.
+
+    Parameters
+    ----------
+    low_m, high_m
+        Bounds, metres; equal for "50 m", 0 to 50 for "within 50 m", 50 to infinity for "at least".
+    vagueness
+        Standard deviation of each bound as a share of it: small for "exactly 50 m", large for "a
+        stone's throw".
+
+    Raises
+    ------
+    DescriptionError
+        When the bounds are negative, not numbers or the wrong way round.
+
+    Examples
+    --------
+    >>> Distance(0, 50).stated_m is None, Distance(50, 50).stated_m
+    (True, 50)
+    """
+
+    low_m: float
+    high_m: float
+    vagueness: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.low_m <= self.high_m or not self.low_m < math.inf:
+            raise DescriptionError(
+                f"Distance from {self.low_m} to {self.high_m} m; expected 0 <= low <= high, "
+                "the lower one finite"
+            )
+        if not 0 < self.vagueness <= 2:
+            raise DescriptionError(
+                f"The vagueness of a distance is {self.vagueness}; expected a share in (0, 2]"
+            )
+
+    @property
+    def stated_m(self) -> float | None:
+        """The one number that was said, metres; None for bounds."""
+        return self.low_m if self.low_m == self.high_m else None
+
+
+@dataclass(frozen=True)
 class SpatialRelation:
     """One figure in one relation to one or several grounds.
 
@@ -73,18 +154,35 @@ class SpatialRelation:
     distance_m
         The distance that was said, metres, or None.
     confidence
-        How sure the parser is, in [0, 1].
+        Probability of the readings that contain it, in [0, 1].
     spans
         Where it was read; None when it was not read from text.
     each
         True when it holds of each ground by itself: "not near a bank" denies every bank.
+    candidates
+        What each of the grounds may be: one tuple per ground. Empty for grounds that are certain,
+        and for `each`.
+    mentions
+        A number per ground. Grounds of one number, in several relations of a description, are the
+        same place: of "the bank" and "it" one bank is meant. Empty for grounds of their own.
+    distance
+        The distance as bounds; of one number unless given, where `distance_m` is.
+    either
+        Group and branch of an alternative: of "at A or behind B, near C" the first is (0, 0), the
+        others are (0, 1). Within a branch all holds, of a group one branch.
 
     Raises
     ------
     UnknownName
         When `relation` is not a canonical word.
     DescriptionError
-        When `grounds` is empty.
+        When `grounds` is empty, or `candidates` or `mentions` do not belong to them.
+
+    Examples
+    --------
+    >>> bank = (Candidate("Chase", 0.6), Candidate("KeyBank", 0.3), Candidate(None, 0.1))
+    >>> SpatialRelation("RedBike", "near", ("Chase",), candidates=(bank,)).is_certain
+    False
     """
 
     figure: str
@@ -95,6 +193,10 @@ class SpatialRelation:
     confidence: float = 1.0
     spans: RelationSpans | None = None
     each: bool = False
+    candidates: tuple[tuple[Candidate, ...], ...] = ()
+    mentions: tuple[int, ...] = ()
+    distance: Distance | None = None
+    either: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         if self.relation not in RELATIONS:
@@ -104,6 +206,29 @@ class SpatialRelation:
                 f"Relation '{self.relation}' of '{self.figure}' has no ground; "
                 "expected at least one"
             )
+        for name, given in (("candidates", self.candidates), ("mentions", self.mentions)):
+            if given and len(given) != len(self.grounds):
+                raise DescriptionError(
+                    f"Relation '{self.relation}' of '{self.figure}' has {len(given)} {name} for "
+                    f"{len(self.grounds)} grounds; expected one for each"
+                )
+        for ground, slot in zip(self.grounds, self.candidates, strict=False):
+            _check_slot(self, ground, slot)
+        if self.distance is None and self.distance_m is not None:
+            object.__setattr__(self, "distance", Distance(self.distance_m, self.distance_m))
+        elif self.distance is not None:
+            object.__setattr__(self, "distance_m", self.distance.stated_m)
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether each ground is one place for certain."""
+        return all(len(slot) == 1 and slot[0].ground is not None for slot in self.candidates)
+
+    def slot(self, index: int) -> tuple[Candidate, ...]:
+        """Return what one of the grounds may be, the most probable first."""
+        if self.candidates:
+            return self.candidates[index]
+        return (Candidate(self.grounds[index], 1.0),)
 
     @property
     def ground(self) -> str:
@@ -111,9 +236,42 @@ class SpatialRelation:
         return self.grounds[0]
 
 
+def _check_slot(relation: SpatialRelation, ground: str, slot: tuple[Candidate, ...]) -> None:
+    """Raise `DescriptionError` unless the candidates of a ground are a distribution with it."""
+    ids = [NOT_ON_MAP if c.ground is None else c.ground for c in slot]
+    total = sum(c.probability for c in slot)
+    proper = all(0 <= c.probability <= 1 for c in slot) and abs(total - 1) < 1e-6
+    if not proper or len(set(ids)) < len(ids):
+        raise DescriptionError(
+            f"The candidates of ground '{ground}' of relation '{relation.relation}' sum to "
+            f"{total:g}; expected shares of different places that sum to one"
+        )
+    if ground not in ids:
+        raise DescriptionError(
+            f"Ground '{ground}' of relation '{relation.relation}' is not among its candidates "
+            f"({', '.join(ids)}); expected the most probable of them"
+        )
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to understand a description.
+
+    Parameters
+    ----------
+    probability
+        Its probability before the map is asked, in [0, 1]; those of a description sum to one.
+    relations
+        What is asserted or denied; empty for "nothing of this was read right".
+    """
+
+    probability: float
+    relations: tuple[SpatialRelation, ...] = ()
+
+
 @dataclass(frozen=True)
 class Unresolved:
-    """A name or a cue that found no home.
+    """A phrase that says nothing of where a target is, or was not understood.
 
     Parameters
     ----------
@@ -123,11 +281,14 @@ class Unresolved:
         Where they stand, half-open character range.
     candidates
         Ids of the landmarks that come nearest, best first.
+    status
+        Why it is not among the relations.
     """
 
     text: str
     span: Span
     candidates: tuple[str, ...] = ()
+    status: Status = "unknown"
 
 
 @dataclass(frozen=True)
@@ -143,9 +304,9 @@ class Description:
     targets
         The objects it speaks of.
     relations
-        What it says about them.
+        What it says about them, in the most probable reading.
     unresolved
-        What was not understood.
+        All else: what was not understood, and what does not say where a target is.
     speaker
         Who says it; None for a person of whom nothing else is known. What one speaker says in
         several texts is one longer description; several speakers are independent.
@@ -155,11 +316,18 @@ class Description:
         each relation is put as what it means there (`Relation.from_ground` of its record), so that
         "under the bridge" is at it and "up the street" near it, in no direction that is known.
         Sides of the map itself ("the top of the map") stay what they are.
+    readings
+        Ways to understand it, the most probable that says anything first; the one of `relations`
+        for certain unless given.
+    hearer
+        Where who listens is, (x_m, y_m), which may be outside the map; None when no one knows.
 
     Raises
     ------
     UnknownName
         For another viewpoint.
+    DescriptionError
+        When the probabilities of `readings` do not sum to one, or `hearer` is no place.
     """
 
     text: str
@@ -169,12 +337,36 @@ class Description:
     unresolved: tuple[Unresolved, ...] = ()
     speaker: str | None = None
     viewpoint: Viewpoint = "map"
+    readings: tuple[Reading, ...] = ()
+    hearer: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         check_viewpoint(self.viewpoint)
+        if self.hearer is not None:
+            object.__setattr__(self, "hearer", _checked_place(self.hearer))
+        total = sum(reading.probability for reading in self.readings)
+        if self.readings and not abs(total - 1) < 1e-6:
+            raise DescriptionError(
+                f"The probabilities of the readings sum to {total:g}; expected one"
+            )
         if self.viewpoint == "ground":
-            seen = tuple(_from_ground(relation) for relation in self.relations)
-            object.__setattr__(self, "relations", seen)
+            object.__setattr__(self, "relations", _all_from_ground(self.relations))
+            seen = tuple(
+                replace(reading, relations=_all_from_ground(reading.relations))
+                for reading in self.readings
+            )
+            object.__setattr__(self, "readings", seen)
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether there is one reading, without alternatives, and every ground is one place."""
+        return len(self.readings) < 2 and all(
+            relation.is_certain and relation.either is None for relation in self.relations
+        )
+
+    def all_readings(self) -> tuple[Reading, ...]:
+        """Return the readings, the one of `relations` for certain when none were given."""
+        return self.readings or (Reading(1.0, self.relations),)
 
     def about(self, target_id: str) -> tuple[SpatialRelation, ...]:
         """Return the relations whose figure is this target, in the order they were said."""
@@ -187,11 +379,39 @@ class Description:
             "map": self.map,
             "targets": [t.id for t in self.targets],
             "relations": _entries(self.relations),
+            "readings": [
+                {"p": reading.probability, "relations": _entries(reading.relations)}
+                for reading in self.all_readings()
+            ],
             "unresolved": [
-                {"text": u.text, "span": list(u.span), "candidates": list(u.candidates)}
+                {
+                    "text": u.text,
+                    "span": list(u.span),
+                    "candidates": list(u.candidates),
+                    "status": u.status,
+                }
                 for u in self.unresolved
             ],
         }
+
+
+def _checked_place(place: Any) -> tuple[float, float]:
+    """Return the place of who listens as two floats.
+
+    Raises
+    ------
+    DescriptionError
+        When it is not two finite numbers.
+    """
+    try:
+        x, y = (float(number) for number in place)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise DescriptionError(
+            f"The place 'hearer' is {place!r}; expected two finite numbers, (x_m, y_m) in metres"
+        )
+    return x, y
 
 
 def check_viewpoint(name: str) -> Viewpoint:
@@ -207,12 +427,23 @@ def check_viewpoint(name: str) -> Viewpoint:
     return cast(Viewpoint, name)
 
 
+def _all_from_ground(relations: tuple[SpatialRelation, ...]) -> tuple[SpatialRelation, ...]:
+    return tuple(_from_ground(relation) for relation in relations)
+
+
 def _from_ground(relation: SpatialRelation) -> SpatialRelation:
     """Return a relation as who stands on the ground means it."""
     counterpart = RELATIONS[relation.relation].from_ground
     if counterpart is None or WHOLE_MAP in relation.grounds:
         return relation
     return replace(relation, relation=counterpart)
+
+
+def _distance_entry(distance: Distance | None) -> list[float | None] | None:
+    """Return bounds as JSON has them: None for no upper one."""
+    if distance is None:
+        return None
+    return [distance.low_m, distance.high_m if distance.high_m < math.inf else None]
 
 
 def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:
@@ -229,10 +460,16 @@ def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:
                 {
                     "figure": relation.figure,
                     "relation": relation.relation,
-                    "ground": ground,
+                    "ground": None if ground == NOT_ON_MAP else ground,
                     "group": group,
                     "negated": relation.negated,
+                    "status": "denied" if relation.negated else "asserted",
+                    "either": None if relation.either is None else list(relation.either),
                     "distance_m": relation.distance_m,
+                    "distance": _distance_entry(relation.distance),
+                    "candidates": [
+                        {"ground": c.ground, "p": round(c.probability, 6)} for c in relation.slot(i)
+                    ],
                     "spans": None
                     if spans is None
                     else {

@@ -58,7 +58,8 @@ def draw_frames(
     Parameters
     ----------
     frames
-        Directions; those with a probability below 0.3 are left out, equal ones drawn once.
+        Directions; those with a probability below 0.3 are left out, and those of who listens, who
+        is no landmark; equal ones are drawn once.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def draw_frames(
     points: list[tuple[float, float]] = []
     for frame in frames:
         key = frame.ground, round(math.degrees(frame.mean_rad)) % 360
-        if frame.p < _LEAST_P or key in drawn:
+        if frame.p < _LEAST_P or key in drawn or frame.ground not in city:
             continue
         drawn.add(key)
         x, y = city.centroid(frame.ground)

@@ -129,6 +129,7 @@ def plot_sheet(
         As the functions that draw the parts.
     """
     frames = list(posterior.frames(target)) if target in posterior.targets else []
+    frames = [frame for frame in frames if frame.ground in posterior.city]
     same = [f for f in frames if (f.ground, f.relation) == (frames[0].ground, frames[0].relation)]
     sheet = SheetParts(
         parts=parts or {},

@@ -38,6 +38,8 @@ def test_eval_parse_prints_the_agreed_keys(capsys, tmp_path):
     told = json.loads(out)
     assert list(told) == [
         "n", "tuple_f1", "class_f1", "pair_f1", "precision", "recall", "per_relation",
+        "polarity_f1", "linking_recall", "wholly_right", "false_positives", "not_scored",
+        "statuses", "phenomena",
     ]  # fmt: skip
     assert told["tuple_f1"] == 1.0
     words = ("--merge-maps", "--misspell", "0.15", "--seed", "0")
