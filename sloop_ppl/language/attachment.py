@@ -383,7 +383,7 @@ class _Walk:
             return about
         words = self.lows[about.first : about.last]
         if about.kind == "robot":
-            mine = any(w in ("me", "us", "my", "our") for w in words)
+            mine = any(w in ("me", "us", "my", "our", "here") for w in words)
             return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
         if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
             ids = self.figures.last()
@@ -491,7 +491,24 @@ class _Walk:
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
+        elif not self.figures.open_ended:
+            return self._on_unknown(at)
         return at + 1
+
+    def _on_unknown(self, at: int) -> int:
+        """Read "there is a kiln to its east": something else is located, that no map holds."""
+        end = at
+        while self.reader.kind(end) in ("word", "place", "skip"):
+            end += 1
+        led = self.reader.kind(at - 1) in ("det", "possessive", "skip")
+        onward = self.reader.past(end, "skip", "none")
+        predicated = led and self.reader.kind(onward) == "be"
+        if not (predicated or (led and self._seen(at))) or self.clause.pending:
+            return at + 1
+        first, last = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
+        self.clause.subject = (Ground("unknown", first, last),)
+        self.clause.open = self.clause.negated = False
+        return end
 
     def _subject(self, ids: tuple[str, ...], span: tuple[int, int], joins: bool) -> None:
         """Make objects the subject, and give them what was said before they were named."""

@@ -188,7 +188,7 @@ class AttachmentRecord:
         """Return a ground that is another target with its id, one of none as unknown."""
         if ground.kind == "robot":
             words = {w.low for w in self.reader.words[ground.first : ground.last]}
-            if words & {"me", "us", "my", "our"} and SPEAKER not in ids:
+            if words & {"me", "us", "my", "our", "here"} and SPEAKER not in ids:
                 return replace(ground, kind="figure", ids=(SPEAKER,))
             return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
         if ground.kind != "figure":

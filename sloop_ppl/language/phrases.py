@@ -102,6 +102,8 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
         return _simple(reader, at, at + 1, "near")
     if kind in ("to", "from"):
         onward = _past_leads(reader, at + 1)
+        if reader.kind(onward) == "robot":  # "two blocks to your north"
+            onward = _past_leads(reader, onward + 1)
         return _direction(reader, onward, first, None) if reader.kind(onward) == "dir" else None
     if kind == "dir":
         return _direction(reader, at, first, None)

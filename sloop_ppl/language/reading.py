@@ -22,7 +22,6 @@ from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
-    HEARER,
     SPEAKER,
     Description,
     RelationSpans,
@@ -82,7 +81,6 @@ class TextReading:
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
     description: Description | None = None
-    hearer: tuple[float, float] | None = None
 
 
 def find_landmarks(state: TextReading) -> None:
@@ -205,7 +203,7 @@ def to_description(state: TextReading) -> Description:
             found = _relations(state, one)
         for relation in found:
             lost = SPEAKER in relation.grounds and SPEAKER not in located
-            if lost or (HEARER in relation.grounds and state.hearer is None):
+            if lost:
                 _add_aside(state, one.phrase, "other", aside)
                 continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated

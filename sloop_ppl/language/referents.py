@@ -56,7 +56,9 @@ def referents(coverages: Mapping[int, float]) -> tuple[tuple[int, float], ...]:
     return _shares(weights, known)
 
 
-def of_a_kind(weights: Mapping[int, float], none: float = NONE_OF_KIND) -> tuple[tuple[int, float], ...]:
+def of_a_kind(
+    weights: Mapping[int, float], none: float = NONE_OF_KIND
+) -> tuple[tuple[int, float], ...]:
     """Return how probable each landmark of a kind is, in proportion to its weight.
 
     Parameters
