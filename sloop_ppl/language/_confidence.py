@@ -57,6 +57,8 @@ class PhraseContext:
         Whether each ground is named, rather than a kind of place or a pronoun.
     pointed
         Whether a ground is a pronoun.
+    target
+        Whether a ground is another target.
     inferred
         Whether no one declared its target.
     relations, aside
@@ -71,6 +73,7 @@ class PhraseContext:
     ground: float
     named: bool
     pointed: bool
+    target: bool
     inferred: bool
     relations: int
     aside: int
@@ -95,7 +98,7 @@ def phrase_features(relation: SpatialRelation, context: PhraseContext) -> tuple[
         math.log1p(between) / 4.0,
         float(relation.figure == SPEAKER),
         float(context.inferred and relation.figure != SPEAKER),
-        float(any(c.ground == g for g in relation.grounds for c in ()) or context.ground < 0),
+        float(context.target),
         float(relation.negated),
         float(relation.either is not None),
         float(record.needs_frame),
@@ -139,6 +142,8 @@ def readings_of(
     >>> [(round(r.probability, 2), len(r.relations)) for r in readings_of([near, behind], [.9, .7])]
     [(0.7, 2), (0.2, 1), (0.1, 0)]
     """
+    if not relations:
+        return (Reading(1.0),)
     levels: list[list[float]] = [[q] for q in sorted(probabilities, reverse=True)]
     while len(levels) > _MOST_READINGS - 1 or any(
         _mean(a) - _mean(b) < _LEAST_APART for a, b in zip(levels, levels[1:], strict=False)
@@ -159,8 +164,7 @@ def readings_of(
         )
         found.append(Reading(mean - after, inside))
     found.reverse()  # all phrases first
-    none = 1.0 - (means[0] if means else 0.0)
-    return (*sorted(found, key=lambda r: -r.probability), Reading(none, ()))
+    return (*sorted(found, key=lambda r: -r.probability), Reading(1.0 - means[0]))
 
 
 def _mean(level: Sequence[float]) -> float:
