@@ -157,6 +157,13 @@ def relate(state: TextReading) -> None:
     asserted = assertions(state.words, state.chunks)
     state.reading = attach(reader, figures, asserted)
     located = {f for one in state.reading.attached for f in one.figures}
+    located |= {
+        i
+        for a in state.reading.attached
+        for g in a.phrase.grounds
+        if g.kind == "figure"
+        for i in g.ids
+    }
     inferred = {t.id for t in state.inferred}
     state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
