@@ -98,8 +98,6 @@ def sweep_files(
 
     Parameters
     ----------
-    request
-        What is asked for.
     notify
         Called with a line of every fault that is passed over, and how a refitting goes.
     progress

@@ -27,6 +27,7 @@ __all__ = [
     "ModelQuality",
     "PairedDifference",
     "beliefs_of",
+    "model_for",
     "read_annotated",
     "score_beliefs",
     "to_score",
@@ -191,7 +192,7 @@ def score_beliefs(
             for (target, place), belief in zip(
                 annotated.targets.items(),
                 beliefs_of(
-                    annotated, utterance, city, _for_map(model, annotated.map), progress
+                    annotated, utterance, city, model_for(model, annotated.map), progress
                 ).values(),
                 strict=True,
             )
@@ -236,9 +237,10 @@ def to_score(
     return told
 
 
-def _for_map(
+def model_for(
     model: ObservationModel | Mapping[str, ObservationModel], name: str
 ) -> ObservationModel:
+    """Return the model for the map of a name."""
     return model if isinstance(model, ObservationModel) else model[name]
 
 

@@ -357,7 +357,7 @@ def _owner(reader: GroundReader, at: int) -> str:
     """Return whose side it is: the robot's ("your left"), a place's ("its left"), or nobody's."""
     if reader.kind(at) in ("skip", "none"):
         at -= 1
-    if reader.kind(at) == "robot":
+    if reader.kind(at) == "robot" or reader.value(at) in ("my", "our"):
         return "robot"
     if reader.kind(at) == "det" and reader.chunks[at].value in ("its", "their"):
         return "it"

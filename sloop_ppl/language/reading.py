@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._assertion import assertions
+from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
 from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
+from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
+    HEARER,
+    SPEAKER,
     Description,
     RelationSpans,
     SpatialRelation,
+    Status,
     TargetObject,
     Unresolved,
 )
@@ -28,6 +35,14 @@ from sloop_ppl.language.words import Word, split_words
 from sloop_ppl.maps import CityMap
 
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
+
+
+_SLANG = {
+    "r": "are", "u": "you", "ur": "your", "im": "i'm", "ive": "i've", "theres": "there's",
+    "hes": "he's", "shes": "she's", "wheres": "where's", "thats": "that's", "dont": "don't",
+    "isnt": "isn't", "wasnt": "wasn't", "cant": "can't", "didnt": "didn't", "youre": "you're",
+    "theyre": "they're", "weve": "we've", "havent": "haven't", "gonna": "going", "da": "the",
+}  # fmt: skip
 
 
 @dataclass
@@ -46,6 +61,8 @@ class TextReading:
         What was recognised.
     reading
         Which relation phrases locate which objects.
+    inferred
+        The objects that no one declared.
     targets
         The objects spoken of.
     """
@@ -61,9 +78,11 @@ class TextReading:
     kinds: Sequence[Chunk] = ()
     chunks: Sequence[Chunk] = ()
     reading: Attachments = field(default_factory=Attachments)
+    inferred: tuple[TargetObject, ...] = ()
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
     description: Description | None = None
+    hearer: tuple[float, float] | None = None
 
 
 def find_landmarks(state: TextReading) -> None:
@@ -81,16 +100,32 @@ def find_figures(state: TextReading) -> None:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
     state.norms = [
-        w.low if t or w.kind != "word" else mend(w.low, vocabulary)
+        w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = place_phrases(state.norms, taken)
     for kind in kinds:
         if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
-    state.figures = state.finder.find(state.norms, taken)
+    figures = state.finder.find(state.norms, taken)
+    if state.finder.declared is None:
+        figures = own_cars(state.norms, figures)
+        objects = find_objects(state.words, state.norms, taken, figures)
+        figures, state.inferred = list(objects.mentions), objects.inferred
+    speaker = find_speaker(state.words, state.norms, taken)
+    if speaker and not any(t.id == SPEAKER for t in state.finder.known):
+        state.inferred = (*state.inferred, TargetObject(SPEAKER))
+    state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
     owned = {w for m in state.figures for w in range(m.first, m.last)}
     state.kinds = [k for k in kinds if k.first not in owned]
+
+
+def _mended(low: str, vocabulary: frozenset[str]) -> str:
+    """Return a word with its spelling mended; verbs, persons and such are spelt as they are."""
+    known = lexicon()
+    if any(low in known.words_of(role) for role in ("ordinary_verbs", "kin", "adverbs", "times")):
+        return low
+    return mend(low, vocabulary)
 
 
 def find_cues(state: TextReading) -> None:
@@ -104,14 +139,19 @@ def relate(state: TextReading) -> None:
     """Attach relation phrases to objects."""
     reader = GroundReader(state.words, state.norms, state.chunks, state.places, settle(state))
     figures = Figures(state.finder)
+    for target in state.inferred:
+        figures.infer(target)
     if state.finder.declared is None:
         default = {t.id for t in DEFAULT_TARGETS}
         for mention in state.figures:
             for one in mention.candidates:
                 if one not in default:
                     figures.infer(_inferred(one, mention, state))
-    state.reading = attach(reader, figures)
-    state.targets = figures.targets()
+    asserted = assertions(state.words, state.norms, state.chunks)
+    state.reading = attach(reader, figures, asserted)
+    located = {f for one in state.reading.attached for f in one.figures}
+    inferred = {t.id for t in state.inferred}
+    state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
 
 
@@ -153,8 +193,21 @@ def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int)
 def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
     relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
+    aside: dict[tuple[int, int], Unresolved] = {}
+    located = {f for a in state.reading.attached if a.status is None for f in a.figures}
+    groups = 1 + max((a.either[0] for a in state.reading.attached if a.either), default=-1)
     for one in state.reading.attached:
-        for relation in _relations(state, one):
+        if one.status is not None:
+            continue
+        if one.either is None and _is_choice(state, one):
+            found, groups = _choice(_relations(state, one), groups), groups + 1
+        else:
+            found = _relations(state, one)
+        for relation in found:
+            lost = SPEAKER in relation.grounds and SPEAKER not in located
+            if lost or (HEARER in relation.grounds and state.hearer is None):
+                _add_aside(state, one.phrase, "other", aside)
+                continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
             relations.setdefault(key, relation)
     return Description(
@@ -162,7 +215,7 @@ def to_description(state: TextReading) -> Description:
         map=state.city.name,
         targets=state.targets,
         relations=tuple(relations.values()),
-        unresolved=_unresolved(state),
+        unresolved=_unresolved(state, aside),
     )
 
 
@@ -184,6 +237,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
                 tuple(_chars(state.words, g.first, g.last) for g in grounds),
             ),
             each=phrase.each,
+            either=one.either,
         )
         for figure in one.figures
         for relation in phrase.relations
@@ -191,8 +245,24 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
     ]
 
 
-def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
-    found: dict[tuple[int, int], Unresolved] = {}
+def _is_choice(state: TextReading, one: Attached) -> bool:
+    """Whether the grounds of a phrase are alternatives: "near Ivy or Rumor"."""
+    grounds = one.phrase.grounds
+    if one.phrase.negated or one.phrase.joint or one.phrase.each or len(grounds) < 2:
+        return False
+    between = range(grounds[-2].last, grounds[-1].first)
+    return any(state.words[k].low == "or" for k in between)
+
+
+def _choice(relations: list[SpatialRelation], group: int) -> list[SpatialRelation]:
+    """Return relations as branches of one alternative, one branch for each ground."""
+    branches = {grounds: k for k, grounds in enumerate(dict.fromkeys(r.grounds for r in relations))}
+    return [replace(r, either=(group, branches[r.grounds])) for r in relations]
+
+
+def _unresolved(
+    state: TextReading, found: dict[tuple[int, int], Unresolved]
+) -> tuple[Unresolved, ...]:
     for ground in state.reading.loose:
         if ground.last <= ground.first:
             continue
@@ -201,7 +271,24 @@ def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
         if not candidates and ground.kind == "unknown":
             candidates = nearest_landmarks(state.text[slice(*span)], state.places.index)
         found[span] = Unresolved(state.text[slice(*span)], span, candidates)
+    for one in state.reading.attached:
+        if one.status is not None:
+            _add_aside(state, one.phrase, one.status, found)
+    for phrase, status in state.reading.aside:
+        _add_aside(state, phrase, status, found)
     return tuple(found[s] for s in sorted(found))
+
+
+def _add_aside(
+    state: TextReading,
+    phrase: RelationPhrase,
+    status: Status,
+    found: dict[tuple[int, int], Unresolved],
+) -> None:
+    """Add a phrase that locates no target to what is unresolved."""
+    span = _chars(state.words, phrase.cue[0], max(phrase.last, phrase.cue[0] + 1))
+    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1])
+    found.setdefault(span, Unresolved(state.text[slice(*span)], span, grounds, status))
 
 
 def _chars(words: Sequence[Word], first: int, last: int) -> tuple[int, int]:

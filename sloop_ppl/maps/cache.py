@@ -29,6 +29,9 @@ class BoundedCache:
     (3, 1)
     """
 
+    # By hand, not cachetools.LRUCache: that refuses an entry larger than the budget, takes the cost
+    # from the value rather than from the caller, and needs the lock around it all the same.
+
     def __init__(self, budget_bytes: int) -> None:
         self.budget_bytes = budget_bytes
         self.used_bytes = 0
