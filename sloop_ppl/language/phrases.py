@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from sloop_ppl.language.chunks import Cue
-from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.grounds import Ground, GroundReader, is_certain
 from sloop_ppl.language.relations import RELATIONS
 
 __all__ = ["RelationPhrase", "read_relation"]
@@ -116,7 +116,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     ahead = reader.kind(onward)
     if ahead == "robot" and reader.kind(_past_leads(reader, onward + 1)) == "dir":
         ahead, onward = "dir", _past_leads(reader, onward + 1)
-    if ahead == "dir":
+    if ahead == "dir" and not reader.selects(onward):
         return _direction(reader, onward, first, cue)
     if ahead == "junction":
         return _junction(reader, onward, first, (cue.relation,), cue.negated)
@@ -148,7 +148,8 @@ def _simple(
     if got is None:
         return RelationPhrase((relation,), (), cue, chunk.last, negated=negated), onward
     ground, after = got
-    if ground.kind == "unknown" and relation == "across" and reader.kind(after - 1) == "place":
+    vague = ground.kind == "unknown" or not is_certain(ground)
+    if vague and relation == "across" and reader.kind(after - 1) == "place":
         return RelationPhrase((relation,), (), cue, ground.last, negated=negated), after
     if ground.kind == "landmark" and relation == "across" and reader.kind(after) == "from":
         got = reader.read(after + 1)
