@@ -10,6 +10,8 @@ from sloop_ppl.maps import CityMap
 
 __all__ = ["PlaceIndex", "place_index"]
 
+_WAYS = ("street", "service", "pedestrian")
+
 
 class PlaceIndex:
     """The places of one map by name and by kind.
@@ -24,11 +26,17 @@ class PlaceIndex:
         self.index: NameIndex = name_index(city)
         self._ids = [m.id for m in city.landmarks]
         self._maps = [_home(m.id) for m in city.landmarks]
+        self._positions = {one: i for i, one in enumerate(self._ids)}
+        self.streets = frozenset(i for i, m in enumerate(city.landmarks) if m.kind in _WAYS)
         self._scores = {kind.name: self._score(kind.name) for kind in lexicon().place_kinds}
 
     def id(self, position: int) -> str:
         """Return the id of the landmark at a position in the map."""
         return self._ids[position]
+
+    def position(self, landmark_id: str) -> int | None:
+        """Return the position in the map of a landmark, None for another id."""
+        return self._positions.get(landmark_id)
 
     def home(self, position: int) -> str:
         """Return which of several merged maps a landmark came from."""

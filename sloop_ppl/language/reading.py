@@ -96,7 +96,12 @@ def find_figures(state: TextReading) -> None:
 def find_cues(state: TextReading) -> None:
     """Find relation cues, directions and the small words that hold phrases together."""
     state.chunks = read_chunks(
-        state.words, state.norms, state.landmarks, state.figures, state.kinds
+        state.words,
+        state.norms,
+        state.landmarks,
+        state.figures,
+        state.kinds,
+        state.places.streets,
     )
 
 
@@ -176,7 +181,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
             relation=relation,
             grounds=tuple(g.ids[0] for g in grounds),
             negated=phrase.negated,
-            distance_m=phrase.distance_m,
+            distance=phrase.distance,
             confidence=round(one.confidence * min(g.confidence for g in grounds), 3),
             spans=RelationSpans(
                 _chars(state.words, *one.span),
