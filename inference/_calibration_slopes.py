@@ -19,9 +19,9 @@ from sloop_ppl.inference.infer import infer_batch
 from sloop_ppl.language import RELATIONS, Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel, PredictedSpread
+from sloop_ppl.models._vocabulary import speakable_grounds
 from sloop_ppl.models.likelihoods import parameters_of, with_values
 from sloop_ppl.models.simulation import simulate
-from sloop_ppl.models.vocabulary import speakable_grounds
 from sloop_ppl.registry import Registry
 from sloop_ppl.rng import child
 
@@ -37,10 +37,10 @@ __all__ = [
     "wider",
 ]
 
-STEP = 1.1
-_GROUNDS = 6
-_REACH_M = 15.0
-_TOGETHER = 2000
+STEP = 1.1  # ratio of two values whose beliefs make a slope: 10 % of a width or concentration
+_GROUNDS = 6  # landmarks near one another that are spoken of; targets lie within the reach of one,
+_REACH_M = 15.0  # metres, where a width matters most
+_TOGETHER = 2000  # targets of one simulated description
 _FLOOR = 1e-300
 
 Table = NDArray[np.float64]
@@ -111,12 +111,8 @@ def near_slopes(
 
     Parameters
     ----------
-    city
-        The map.
     n
         Number of descriptions, > 0.
-    rng
-        Draws them.
     model
         What they are drawn from.
     fault

@@ -6,9 +6,9 @@ from dataclasses import replace
 from importlib.resources import as_file, files
 from typing import Any
 
+from sloop_ppl.models._guard import GuardedLikelihood
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
-from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import ObservationModel
 from sloop_ppl.models.tuning import load_parameters, with_parameters
@@ -31,7 +31,10 @@ UNFITTED_BAYES = ObservationModel(
 """`bayes` before its fit, with every number in the middle of its prior.
 
 Every phrase may lapse by itself, so the paper's components for contact and proximity are not
-needed; that the frame was meant otherwise by the whole description stays one."""
+needed; that the frame was meant otherwise by the whole description stays one. Set by hand, for
+the fit to move: one description in five and one phrase in ten go wrong, and n phrases count as
+n^(1 - temper), the root of n. `docs/models.md` has how far the fit moved each, and why these
+components were kept."""
 
 
 def _fitted() -> ObservationModel:

@@ -21,6 +21,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
@@ -28,8 +29,8 @@ from sloop_ppl.models.grounded_relation import (
     GroundedRelation,
     as_vocabulary_word,
     ground_relations,
+    with_hearer,
 )
-from sloop_ppl.models.guard import trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
 
@@ -52,11 +53,13 @@ _RESERVED = (
 )
 """Names of the program's sites and of the axes of tables."""
 
-MOST_SETTINGS = 5184
-"""Joint values of shared latents that are enumerated."""
+MOST_SETTINGS = 72 * 72
+"""Joint values of shared latents that are enumerated: each has a table of components and cells, so
+that 5184 of a map of 41 x 41 cells and two components take 140 MB."""
 
 _SHARED_BINS = {1: 72, 2: 36}
-"""Angle bins of each frame when so many are shared."""
+"""Angle bins of each frame when so many are shared: 36 each for two leave room for a latent of four
+values beside them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +93,7 @@ class SharedFrame:
     @property
     def log_prior(self) -> Tensor:
         """Log prior of its values, shape (B,)."""
-        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))
+        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))  # far off, mass underflows
 
 
 @dataclass(frozen=True, eq=False)
@@ -459,6 +462,8 @@ def ground_description(
     ------
     UnknownName
         When a ground is not on the map.
+    DescriptionError
+        When a ground is who listens, and the description does not say where that is.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
@@ -469,6 +474,7 @@ def ground_description(
             if not model.heed_distance:
                 relations = tuple(replace(r, distance_m=None, distance=None) for r in relations)
             terms = ground_relations(relations, city, joint=model.joint_grounds)
+            terms = with_hearer(terms, text.hearer)
             if position:
                 terms = tuple(
                     replace(term, index=term.index + counts[target.id], description=position)
@@ -599,15 +605,10 @@ def _shared_frames(
     shared = []
     for ground in several:
         about = [relation for relation in framed if relation.ground == ground]
-        prior = model.frame_prior_for(min(about, key=_by_class))
+        prior = model.frame_prior_for(min(about, key=lambda r: (r.record.absolute, r.relation)))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
-
-
-def _by_class(relation: GroundedRelation) -> tuple[bool, str]:
-    """Order frame phrases: front and behind, which mean the ground's own front, come first."""
-    return relation.record.absolute, relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: ObservationModel) -> None:

@@ -25,6 +25,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models._distributions import FrameDensity, LogBernoulli, categorical
 from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, log_blur, look_up
 from sloop_ppl.models._speaker import WordWeights, frame_angle_masses
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.components import COMBINATIONS, cut_below_uniform
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation, word_options
@@ -43,7 +44,6 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.presets import ObservationModel, preset
-from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 
@@ -58,6 +58,7 @@ counts from there, or Pyro's contraction would multiply 1e-600 by 1e600."""
 
 _ONE = torch.ones(())
 _MOST_DIMS = 24
+"""Sites that get a dim each: well below the 64 that torch has for them and for tables together."""
 
 
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
@@ -182,14 +183,8 @@ def draw_frame_angle(
     name
         Name of the site, ``T/frame_j``; in bins the angle itself is the deterministic site
         ``T/angle_j``.
-    phrase
-        The phrase.
     latents
         Values of the latents that its tables have axes for.
-    frames
-        From bins or from the density.
-    bins
-        Number of bins.
 
     Raises
     ------
@@ -309,6 +304,9 @@ def log_expected(
 
 
 _SPEAKER_BINS = 360
+"""Fronts of a speaker: a sum over a vocabulary has no closed form, so each front takes the tables
+of all words, four times as many for 1440. A kink is
+off by 1e-4 in log E[g], a smooth g by nothing."""
 
 
 def component_tables(
@@ -318,12 +316,6 @@ def component_tables(
 
     Parameters
     ----------
-    data
-        The program's data.
-    likelihood
-        How true a relation is of each cell.
-    i
-        Position of the target.
     log_phi
         Each phrase with its own latents summed out, shape (V..., S).
 
@@ -385,8 +377,6 @@ def word_weights(
 
     Parameters
     ----------
-    likelihood
-        How true a relation is of each cell.
     options
         What could have been said; see `sloop_ppl.models.grounded_relation.word_options`.
     frame_angles_rad
@@ -483,6 +473,8 @@ def log_held(
 
 
 _PEAK_ANGLES = 72
+"""Fronts that the greatest g is looked for at: 5 degrees apart, the peak of a von Mises shape is
+met to within kappa (1 - cos 2.5 degrees), .003 nats for kappa 3."""
 
 
 def with_lapse(log_p: Tensor, model: ObservationModel, log_uninformative: float) -> Tensor:
@@ -661,8 +653,6 @@ def check_density(data: ProgramData, what: str, *, points: bool = True) -> None:
 
     Parameters
     ----------
-    data
-        What a program is run on.
     what
         What needs the density, for the message.
     points
@@ -699,3 +689,4 @@ def check_size(data: ProgramData, bins: int) -> None:
 
 
 _MOST_NUMBERS = 200_000_000
+"""Of one table: 1.6 GB in float64, and enumeration holds a few of them."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._vocabulary import in_english, speakable_grounds, speaker_words
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import PredictedSpread
 from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations, word_options
@@ -19,11 +20,10 @@ from sloop_ppl.models.grounding import latents_of
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.models.program import word_weights
-from sloop_ppl.models.vocabulary import in_english, speakable_grounds, speaker_words
 
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_not_generative"]
 
-_ANGLES = 360
+_ANGLES = 360  # as many as `sloop_ppl.models.program` sums a speaker's fronts over
 _TOGETHER = 128
 """Phrases weighed together: each front is tried with each cell, though but one is wanted."""
 
@@ -38,7 +38,10 @@ SPEAKER = ObservationModel(
     normalisation="speaker",
     lapse=0.1,
 )
-"""A speaker whose every choice has a probability: means what is said, or chooses carelessly."""
+"""A speaker whose every choice has a probability: means what is said, or chooses carelessly.
+
+Set by hand: careless of one target in seven and of one phrase in ten; left and right are the
+ground's, as every word is chosen by what the ground's front makes true."""
 
 
 def speaker_of(model: str | ObservationModel) -> ObservationModel:

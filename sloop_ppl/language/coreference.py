@@ -77,7 +77,9 @@ class Figures:
         self.inferred.setdefault(target.id, target)
 
     def last(self) -> tuple[str, ...]:
-        """Return the object spoken of last."""
+        """Return the object spoken of last; the only one declared where none was."""
+        if not self._last and self.finder.declared is not None and len(self.finder.known) == 1:
+            return (self.finder.known[0].id,)
         return self._last[-1:]
 
     def all(self) -> tuple[str, ...]:

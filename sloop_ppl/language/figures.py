@@ -103,6 +103,9 @@ class FigureFinder:
             last = i
             while last < len(norms) and not taken[last] and self._belongs(norms[last], last - i):
                 last += 1
+                titled = norms[last - 1] in lexicon().words_of("titles")
+                if titled and norms[last : last + 1] == ["."]:  # "Mr. Paws"
+                    last += 1
             mention = self._mention(norms, i, last)
             if mention is None:
                 i += 1
@@ -128,6 +131,8 @@ class FigureFinder:
     def _mention(self, norms: Sequence[str], first: int, last: int) -> FigureMention | None:
         kinds = lexicon().object_kinds
         words = [_bare(n) for n in norms[first:last]]
+        if "." in words:
+            return self._titled(words, first)
         other = words[0] in ("other", "second")
         heads = [
             i
@@ -148,15 +153,23 @@ class FigureFinder:
         if words[-1] in ("one", "ones"):
             return FigureMention(first, last, self._coloured(colour), plural, other, back=True)
         found = self._fitting(words, colour)
-        mine = first > 0 and norms[first - 1] == "my"
-        if found and not (mine and colour is None and self.declared is None):
+        lead = norms[first - 1] if first and norms[first - 1] == "my" else ""
+        if found and not (lead and colour is None and self.declared is None):
             back = len(found) > 1 and not plural
             return FigureMention(first, last, found, plural, other, back)
         if self.declared is not None:
             return FigureMention(first, last, ())
         return FigureMention(
-            first, last, (inferred_target(words, mine).id,), plural=plural, other=other
+            first, last, (inferred_target(words, lead).id,), plural=plural, other=other
         )
+
+    def _titled(self, words: list[str], first: int) -> FigureMention | None:
+        """Return the mention that "Mr. Paws" makes."""
+        named = [w for w in words if w != "."]
+        found = tuple(
+            i for i, names in self._names.items() if any(_within(n, named) for n in names)
+        )
+        return FigureMention(first, first + len(words), found) if found else None
 
     def _coloured(self, colour: str | None) -> tuple[str, ...]:
         return tuple(t.id for t in self.known if colour is None or self._colours[t.id] == colour)
@@ -181,20 +194,34 @@ class FigureFinder:
         return tuple(i for i, score in best.items() if score == top)
 
 
-def inferred_target(words: Sequence[str], mine: bool = False) -> TargetObject:
-    """Return the object that a noun phrase names: CamelCase of colour and head noun.
+def inferred_target(words: Sequence[str], lead: str = "") -> TargetObject:
+    """Return the object that a noun phrase names: CamelCase of colour, modifiers and head noun.
+
+    Parameters
+    ----------
+    words
+        The phrase without its article; sizes and ages are left out.
+    lead
+        ``"my"`` where it stands for a colour that was not said.
 
     Examples
     --------
-    >>> inferred_target(["dog"], mine=True).id, inferred_target(["big", "blue", "van"]).id
-    ('MyDog', 'BlueVan')
+    >>> inferred_target(["dog"], "my").id, inferred_target(["big", "blue", "delivery", "van"]).id
+    ('MyDog', 'BlueDeliveryVan')
     """
     noun = words[-1]
     colour = next((w for w in words[:-1] if w in lexicon().colours), None)
-    lead = colour or ("my" if mine else "")
+    dropped = lexicon().words_of("size_adjectives") | lexicon().colours
+    modifiers = [w for w in words[:-1] if w not in dropped and w.isalnum()]
+    first = colour or lead
     kind = lexicon().object_kinds.get(noun, noun)
-    phrase = f"{lead} {noun}".strip()
-    return TargetObject(lead.capitalize() + noun.capitalize(), (phrase,), colour, kind)
+    parts = [p for p in (first, *modifiers, noun) if p]
+    phrase = " ".join(parts)
+    return TargetObject("".join(map(_camel, parts)), (phrase,), colour, kind)
+
+
+def _camel(word: str) -> str:
+    return word.upper() if word in ("suv", "atm", "rv") else word.capitalize()
 
 
 _FINDERS: dict[tuple[TargetObject, ...] | None, FigureFinder] = {}

@@ -14,6 +14,11 @@ from sloop_ppl.language.words import split_words
 
 __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 
+_ROLES = (
+    "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
+    "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
+    "traces", "object_particles", "existential", "staying",
+)  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",
     "plural_pronouns", "robot", "map", "route", "route_ing", "see", "det", "possessive", "same",
@@ -79,6 +84,10 @@ class Lexicon:
         Every word above, those that spelling is corrected to.
     plain
         Everyday words that are never corrected.
+    roles
+        Lists of words by what they do: ``locating_verbs``, ``kin``, ``times``, and the classes.
+    assertion
+        Forms that ask, deny, correct or tell of before, by what they do, as word tuples.
     """
 
     classes: Mapping[str, frozenset[str]]
@@ -101,6 +110,12 @@ class Lexicon:
     common: frozenset[str]
     closed: frozenset[str]
     plain: frozenset[str]
+    roles: Mapping[str, frozenset[str]]
+    assertion: Mapping[str, tuple[tuple[str, ...], ...]]
+
+    def words_of(self, role: str) -> frozenset[str]:
+        """Return the words of an open list, or of a closed class."""
+        return self.roles[role]
 
     @cached_property
     def cue_words(self) -> dict[tuple[str, ...], tuple[str, bool]]:
@@ -221,4 +236,10 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         common=frozenset(words["common"]),
         closed=frozenset(closed),
         plain=frozenset(words["plain"]).union(*words["cue_words"].values(), words["cue_short"]),
+        roles={name: frozenset(words[name]) for name in (*_ROLES, *_CLASSES)}
+        | {name: frozenset(forms) for name, forms in words["assertion"].items()},
+        assertion={
+            name: tuple(tuple(form.split()) for form in forms)
+            for name, forms in words["assertion"].items()
+        },
     )

@@ -177,7 +177,7 @@ def _relations(doc: Doc) -> tuple[SpatialRelation, ...]:
 
 def _description(doc: Doc) -> Description | None:
     state = doc.user_data.get(STATE)
-    return None if state is None else state.description
+    return None if state is None or state.description is None else state.description.placed(None)
 
 
 if not Doc.has_extension("spatial_relations"):

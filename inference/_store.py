@@ -1,0 +1,267 @@
+"""Keep a posterior in a netCDF file that carries its map, its descriptions and its tables.
+
+Shape legend: V values of each latent that phrases share; K components.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference.engines import ENGINES, Engine
+from sloop_ppl.inference.factors import DescriptionFactor
+from sloop_ppl.language import Description
+from sloop_ppl.maps import CityMap, from_geojson, to_geojson
+from sloop_ppl.models import ObservationModel, ground_description, program_data
+from sloop_ppl.models._model_parts import model_from_parts, parts_of
+from sloop_ppl.models._netcdf import read_netcdf
+from sloop_ppl.outputs import check_output, written_whole
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["StoredPosterior", "load_parts", "save_parts", "to_dataset"]
+
+Table = NDArray[np.float64]
+
+_TITLE = "sloop_ppl posterior"
+_FORMAT = 4
+_SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1, "model": 1}
+"""Section of a file -> its version. A reader refuses versions it does not know, section by
+section, and passes over sections it does not know, so that a later latent needs no new format."""
+
+
+@dataclass(frozen=True, eq=False)
+class StoredPosterior:
+    """What a posterior is made of, and what a file holds of it.
+
+    Parameters
+    ----------
+    city, model, method
+        The map, the observation model and the engine.
+    log_prior, log_sensed
+        Target -> log prior over cells, and log likelihood of what was sensed, shape (S,) each.
+    factors
+        The descriptions, weighed.
+    """
+
+    city: CityMap
+    model: ObservationModel
+    method: Engine
+    log_prior: Mapping[str, Table]
+    factors: tuple[DescriptionFactor, ...]
+    log_sensed: Mapping[str, Table]
+
+
+def to_dataset(
+    parts: StoredPosterior, beliefs: Mapping[str, Table], log_evidence: float
+) -> xarray.Dataset:
+    """Return a posterior as a Dataset.
+
+    Variables are ``belief``, ``log_prior``, ``log_sensed`` (target, y, x) and ``log_factor``
+    (entry, setting, component, y, x), one entry for each description of each target and one
+    setting for each joint value of the latents it shares; coordinates x and y are cell centres in
+    metres, y from the south.
+    """
+    import xarray
+
+    grid = parts.city.grid
+    targets = list(parts.log_prior)
+    entries = [(t, d) for t in targets for d, f in enumerate(parts.factors) if t in f.log_factors]
+
+    def over_cells(tables: Mapping[str, Table]) -> Table:
+        return np.stack([tables[t].reshape(grid.shape) for t in targets])
+
+    names = [component.name for component in parts.model.components]
+    settings = max((_settings(parts.factors[d]) for _, d in entries), default=1)
+    factors = np.full((len(entries), settings, len(names), *grid.shape), np.nan)
+    for entry, (target, d) in enumerate(entries):
+        table = parts.factors[d].log_factors[target]
+        rows = table.reshape(-1, len(names), *grid.shape)
+        factors[entry, : len(rows)] = rows
+    cells = ("y", "x")
+    return xarray.Dataset(
+        {
+            "belief": (("target", *cells), over_cells(beliefs)),
+            "log_prior": (("target", *cells), over_cells(parts.log_prior)),
+            "log_sensed": (("target", *cells), over_cells(parts.log_sensed)),
+            "log_factor": (("entry", "setting", "component", *cells), factors),
+            "entry_target": ("entry", np.array([targets.index(t) for t, _ in entries], dtype=int)),
+            "entry_description": ("entry", np.array([d for _, d in entries], dtype=int)),
+        },
+        coords={
+            "target": targets,
+            "component": names,
+            "y": ("y", grid.y_m, {"units": "m", "long_name": "north of the map's centre"}),
+            "x": ("x", grid.x_m, {"units": "m", "long_name": "east of the map's centre"}),
+        },
+        attrs={
+            "title": _TITLE,
+            "format": _FORMAT,
+            "sections": json.dumps(_SECTIONS),
+            "map": parts.city.name,
+            "map_digest": parts.city.digest,
+            "model": parts.model.name,
+            "variant": parts.model.variant,
+            "engine": parts.method.name,
+            "log_evidence": log_evidence,
+            "descriptions": json.dumps(
+                [
+                    [asdict(description) for description in factor.descriptions]
+                    for factor in parts.factors
+                ]
+            ),
+            "truths": json.dumps([f.data.truths for f in parts.factors]),
+            "map_geojson": json.dumps(to_geojson(parts.city)),
+        },
+    )
+
+
+def save_parts(
+    parts: StoredPosterior,
+    beliefs: Mapping[str, Table],
+    log_evidence: float,
+    path: str | Path,
+) -> None:
+    """Write a posterior to a ``.nc`` file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        When the model is made of parts that are not registered, or the engine is not.
+    OutputError
+        When the file cannot be written.
+
+    Notes
+    -----
+    The model goes with it as :func:`sloop_ppl.models._model_parts.parts_of` writes it,
+    numbers and all, so that a model with parameters of its own, or whose defaults change later, is
+    read as it was.
+    """
+    target = check_output(path, (".nc",))
+    method = parts.method
+    if method.name not in ENGINES or type(ENGINES[method.name]) is not type(method):
+        raise InputError(
+            f"Engine '{method.name}' is not registered, so the file could not be read again; "
+            "register it first: sloop_ppl.inference.ENGINES.add(name, engine)"
+        )
+    written = {
+        "model_parts": json.dumps(parts_of(parts.model)),
+        "engine_options": json.dumps(_options(method)),
+    }
+    with written_whole(target) as temporary:
+        dataset = to_dataset(parts, beliefs, log_evidence).assign_attrs(written)
+        dataset.to_netcdf(temporary, engine="h5netcdf")
+
+
+def load_parts(path: str | Path) -> StoredPosterior:
+    """Read what a ``.nc`` file holds of a posterior.
+
+    Raises
+    ------
+    InputError
+        When the file is no saved posterior, or one of another version; it says what to do.
+    """
+    data = read_netcdf(path, "Posterior")
+    if data.attrs.get("title") != _TITLE:
+        raise InputError(f"File '{path}' is not a posterior saved by sloop_ppl")
+    if data.attrs.get("format") != _FORMAT:
+        texts = _texts(data.attrs.get("descriptions"))
+        again = f" from {'; '.join(repr(text) for text in texts)}" if any(texts) else ""
+        raise InputError(
+            f"Posterior '{path}' has format {data.attrs.get('format')}; expected {_FORMAT}; "
+            f"infer it again with this version{again}"
+        )
+    try:
+        _check_sections(json.loads(data.attrs["sections"]))
+        return _from_dataset(data)
+    except KeyError as error:
+        raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
+    except (InputError, TypeError, ValueError, LookupError, AttributeError) as error:
+        message = " ".join(str(error).split())
+        raise InputError(f"Posterior '{path}' cannot be read: {message}") from error
+
+
+def _texts(written: Any) -> list[str]:
+    """Return what the descriptions of a file of another format say, as far as it can be read."""
+    try:
+        known = json.loads(written)
+    except (TypeError, ValueError):
+        return []
+    records = [d for d in known if isinstance(d, dict)] if isinstance(known, list) else []
+    return [str(d.get("text", "")) for d in records]
+
+
+def _check_sections(found: Any) -> None:
+    if not isinstance(found, dict):
+        raise InputError(f"its list of sections is {found!r}; expected names with versions")
+    for name, version in _SECTIONS.items():
+        if found[name] != version:
+            raise InputError(
+                f"its section '{name}' has version {found[name]}; expected {version}; read it with "
+                "the version of sloop_ppl that wrote it, or infer it again"
+            )
+
+
+def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
+    city = from_geojson(json.loads(data.attrs["map_geojson"]))
+    model = model_from_parts(json.loads(data.attrs["model_parts"]))
+    targets = [str(t) for t in data["target"].values]
+    names = tuple(str(name) for name in data["component"].values)
+    if names != tuple(part.name for part in model.components):
+        raise InputError(
+            f"it holds {len(names)} components; its model has {len(model.components)}, or others"
+        )
+    factors = []
+    truths = json.loads(data.attrs["truths"])
+    for d, records in enumerate(json.loads(data.attrs["descriptions"])):
+        descriptions = tuple(map(_description, records))
+        grounded = ground_description(descriptions, city, model)
+        ground = program_data(grounded, city, model, truths=truths[d])
+        sizes = [len(latent.support) for latent in ground.shared]
+        tables = {}
+        for entry in np.flatnonzero(data["entry_description"].values == d):
+            target = targets[int(data["entry_target"][entry])]
+            table = data["log_factor"][int(entry), : math.prod(sizes)].values
+            tables[target] = table.reshape(*sizes, len(names), -1)
+        factors.append(DescriptionFactor(descriptions, ground, tables))
+    return StoredPosterior(
+        city=city,
+        model=model,
+        method=_engine(str(data.attrs["engine"]), json.loads(data.attrs["engine_options"])),
+        log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
+        factors=tuple(factors),
+        log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
+    )
+
+
+def _settings(factor: DescriptionFactor) -> int:
+    return math.prod(len(latent.support) for latent in factor.data.shared)
+
+
+def _options(engine: Any) -> dict[str, Any]:
+    """Return the options of an engine that has them as fields."""
+    if not is_dataclass(engine):
+        return {}
+    return {option.name: getattr(engine, option.name) for option in fields(engine)}
+
+
+def _engine(name: str, options: Mapping[str, Any]) -> Engine:
+    """Return the registered engine of a name with the options it had."""
+    entry: Any = ENGINES[name]
+    made: Engine = type(entry)(**options) if options else entry
+    return made
+
+
+def _description(data: dict[str, Any]) -> Description:
+    """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
+    return msgspec.convert(data, Description)
