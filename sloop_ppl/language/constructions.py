@@ -5,11 +5,13 @@ Each rule looks a bounded number of items ahead, so that time stays linear in th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
 from sloop_ppl.language.items import Chunk, Cue
 from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.values import Distance
 from sloop_ppl.language.words import Word
 
 __all__ = ["clock_direction", "rewrite"]
@@ -35,6 +37,7 @@ _STRAY = frozenset(
      "above", "inside", "outside", "beyond", "around", "adjacent", "against", "towards")
 )  # fmt: skip
 _ORDINALS = ("st", "nd", "rd", "th")
+_NEVER_ALONE = frozenset(("near", "front", "next", "beside", "opposite"))
 _STRAYS = ("of", "to", "from")
 _FAR = 12
 
@@ -107,7 +110,8 @@ def _as(chunks: Items, at: int, kind: str, value: object = None) -> None:
 def _where_they_meet(chunks: Items, words: Sequence[Word]) -> None:
     """Read "where A meets B", "where A and B cross" as "the junction of A and B"."""
     for i, chunk in enumerate(chunks):
-        if chunk.kind != "where":
+        point = _said(chunks, words, i) in _POINTS and _kind(chunks, i - 1) == "det"
+        if chunk.kind != "where" and not point:
             continue
         first = _past(chunks, i + 1, *_SMALL)
         pointed = _kind(chunks, first) == "pronoun" and _kind(chunks, i - 1) == "landmark"
@@ -198,10 +202,14 @@ def _near_where_it_is(chunks: Items, words: Sequence[Word]) -> None:  # noqa: AR
 def _stray_prepositions(chunks: Items, words: Sequence[Word]) -> None:  # noqa: ARG001
     """Read "beside of", "in front from", "opposite to" as the cue without the small word."""
     for i, chunk in enumerate(chunks):
-        if chunk.kind != "cue" or _kind(chunks, i + 1) not in _STRAYS:
+        if chunk.kind != "cue":
             continue
+        stray = _kind(chunks, i + 1) in _STRAYS
+        second = _said(chunks, words, i + 1)
+        stray = stray or (second == "at" and words[chunk.last - 1].low in _NEVER_ALONE)
+        stray = stray or (second == "with" and chunk.value.relation in ("next", "across"))
         ground = _past(chunks, i + 2, *_SMALL)
-        if chunk.value.relation in _STRAY and _kind(chunks, ground) in _GROUNDS:
+        if stray and chunk.value.relation in _STRAY and _kind(chunks, ground) in _GROUNDS:
             chunks[i] = Chunk("cue", chunk.first, chunks[i + 1].last, chunk.value)
             _as(chunks, i + 1, "none")
 
@@ -224,6 +232,21 @@ def _ways(chunks: Items, words: Sequence[Word]) -> None:  # noqa: ARG001
             _as(chunks, onward, "cue", Cue("near", distance=measured.value))
         else:
             _as(chunks, onward, "cue", Cue("near"))
+
+
+def _denied_bounds(chunks: Items, words: Sequence[Word]) -> None:
+    """Read "not 20 m from", "shouldn't be more than 20 m from" as "within 20 m of"."""
+    for i, chunk in enumerate(chunks):
+        far = _past(chunks, i + 1, "be", "skip")
+        if chunk.kind != "neg" or _kind(chunks, far) != "distance":
+            continue
+        said = chunks[far].value
+        number = said.stated_m is not None and far == i + 1
+        if said.high_m == math.inf or number:
+            distance = Distance(0.0, said.low_m, said.vagueness)
+            _as(chunks, i, "skip")
+            _as(chunks, far, "distance", distance)
+    del words
 
 
 def _measured_order(chunks: Items, words: Sequence[Word]) -> None:
@@ -301,7 +324,7 @@ def _clock_turned(chunks: Items, words: Sequence[Word]) -> None:
 
 _RULES: tuple[Callable[[Items, Sequence[Word]], None], ...] = (
     _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away, _ways,
-    _measured_order, _stray_prepositions, _side_without_cue,
+    _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
 )  # fmt: skip
 
 

@@ -81,6 +81,7 @@ _MINUTES = frozenset(("minute", "minutes", "minute's", "min", "mins", "minutes'"
 _WALKS = frozenset(("walk", "stroll", "walking", "foot", "away", "from", "on", "by"))
 _ALONG = frozenset(("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back"))
 _ONWARD = frozenset(("from", "past", "after", "before", "beyond"))
+_NSEW = frozenset("nsew")
 _ENDS = frozenset(("left", "right", "end", "top", "bottom", "back", "front", "middle", "outside"))
 _IDIOMS: Mapping[tuple[str, ...], Distance] = {
     # A stone thrown by hand flies 25 to 50 m; the others are bounds that the words themselves name.
@@ -106,7 +107,7 @@ for _length, _nouns in (
     (HOUSE_M, "door house home building shop storefront store entrance doorway driveway place lot"),
     (CAR_M, "car vehicle space spot bay truck van"),
     (BLOCK_M, "street"),
-    (TREE_M, "tree lamppost streetlight lamp streetlamp"),
+    (TREE_M, "one tree lamppost streetlight lamp streetlamp"),
 ):
     for _noun in _nouns.split():
         _COUNTED_M[_noun] = _COUNTED_M[_noun + "s"] = _length
@@ -350,8 +351,10 @@ def _unit(
         last = at + 1
         while last < len(norms) and norms[last] in _ALONG:
             last += 1
+        onward = norms[last] if last < len(norms) else ""
+        side = _COUNTED_M[norm] >= HOUSE_M and (onward in lexicon().directions or onward in _NSEW)
         alone = norms[start - 1] in ("a", "an", "one") and _COUNTED_M[norm] < HOUSE_M
-        if last < len(norms) and norms[last] in _ONWARD and not alone:  # not "a car from Ohio"
+        if (onward in _ONWARD or side) and not alone:  # not "a car from Ohio"
             return _COUNTED_M[norm], _COUNTED, last
     return None
 

@@ -21,7 +21,8 @@ _CONTACT = ("at", "on", "in")
 _OTHER_SIDE = ("across", "beside", "beyond")
 _OPEN_WAYS = ("street", "service", "pedestrian")
 _CLOCK_WORDS = ("position", "direction", "mark", "relative", "relation", "respect", "with", "side")
-_DIALS = ("clock", "dial", "clockface", "watch")
+_DIALS = frozenset(("clock", "dial", "clockface", "watch"))
+_CENTRES = frozenset(("center", "centre", "middle"))
 _LOOKS_BACK = 30
 _MEETS_M = 15.0
 """Farthest that the axes of two streets that meet end from one another: the wider's half width."""
@@ -193,8 +194,9 @@ def _looked_from(reader: GroundReader, at: int, first: int) -> Ground | None:
         stopped = stopped or reader.kind(k) == "stop"
         if reader.kind(k) != "landmark":
             continue
-        around = range(reader.chunks[k].first - _LOOKS_BACK // 3, reader.chunks[k].last + 10)
-        dial = any(reader.norms[w] in _DIALS for w in around if 0 <= w < len(reader.norms))
+        begin, end = reader.chunks[k].first, reader.chunks[k].last
+        dial = not _DIALS.isdisjoint(reader.norms[max(0, begin - _LOOKS_BACK // 3) : end + 10])
+        dial = dial or not _CENTRES.isdisjoint(reader.norms[end : end + 4])
         seen_from = reader.kind(_past_back(reader, k - 1)) == "from" and not stopped
         if dial or seen_from:
             return reader.landmark(k)

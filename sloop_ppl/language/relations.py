@@ -209,6 +209,7 @@ _ENGLISH: dict[str, Relation] = {
     "beside": Relation(
         "proximity", converse="beside", bare=True,
         forms=("beside", "besides", "on the other side of", "at the other side of",
+            "other side of", "the other side of",
             "side by side with"),
     ),
     "next": Relation(
@@ -227,7 +228,7 @@ _ENGLISH: dict[str, Relation] = {
     "off": Relation("proximity", forms=("off", "off of")),
     "beyond": Relation(
         "proximity",
-        forms=("beyond", "past", "on the far side of", "at the far side of", "farther than",
+        forms=("beyond", "past", "on the far side of", "at the far side of", "far side of", "farther than",
             "further than", "just after", "right after", "shortly after", "immediately after"),
     ),
     "between": Relation(
@@ -344,7 +345,7 @@ _ENGLISH: dict[str, Relation] = {
             "kitty corner to", "kitty corner from", "kitty corner of", "kitty corner",
             "kitty corner across from", "kitty corner with", "on the kitty corner from", "kittycorner to", "kittycorner from",
             "kittycorner of", "kittycorner", "kittycorner across from",
-            "on the opposite side of", "on the other side of the street from",
+            "on the opposite side of", "opposite side of", "on the other side of the street from",
             "on the other side of the road from", "on the opposite side of the street from",
             "on the opposite side of the road from"),
     ),
