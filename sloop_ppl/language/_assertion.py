@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
-from sloop_ppl.language.chunks import Chunk
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.words import Word
 
@@ -149,7 +149,9 @@ def _denied(
         elif lows[k] in _words("negations"):
             traces = lows[k + 1 : k + 4]
             sign = any(w in ("sign", "signs", "trace", "sight") for w in traces)
+            bounds = lows[k + 1 : k + 2] and lows[k + 1] in _words("bounding")
             exists = lows[k] == "no" and k > first and lows[k - 1] in _words("existing")
+            exists = exists and not bounds  # "no more than 20 m from"
             sees = (
                 any(w in _words("seeing") for w in lows[k + 1 : min(k + 5, last)])
                 and lows[k] != "no"

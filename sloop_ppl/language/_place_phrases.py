@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from sloop_ppl.language.chunks import Chunk
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.kinds import is_kind_noun
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.place_index import kind_name

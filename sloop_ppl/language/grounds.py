@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from sloop_ppl.language.chunks import Chunk
-from sloop_ppl.language.figures import FigureMention
-from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
+from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Chunk
+from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.place_index import KindFit, PlaceIndex
 from sloop_ppl.language.referents import NONE_OF_KIND, candidates_of, of_a_kind

@@ -62,6 +62,10 @@ class Lexicon:
     cues
         Word tuples -> (canonical relation, whether the form itself negates); of two relations with
         one form that which was added later has it.
+    alike
+        Word -> the word that stands for it in cues: "the road" for "the street".
+    short
+        Short form of a cue's word -> the word.
     abbreviations
         Short word -> full word.
     units_m
@@ -89,6 +93,8 @@ class Lexicon:
     classes: Mapping[str, frozenset[str]]
     directions: Mapping[str, str]
     cues: Mapping[tuple[str, ...], tuple[str, bool]]
+    alike: Mapping[str, str]
+    short: Mapping[str, str]
     abbreviations: Mapping[str, str]
     ordinals: Mapping[str, str]
     units_m: Mapping[str, float]
@@ -112,9 +118,17 @@ class Lexicon:
         return self.roles[role]
 
     @cached_property
+    def cue_words(self) -> dict[tuple[str, ...], tuple[str, bool]]:
+        """The cues in the words that stand for those alike, hyphens left out."""
+        return {
+            tuple(self.alike.get(w, w) for w in form if w != "-"): cue
+            for form, cue in self.cues.items()
+        }
+
+    @cached_property
     def longest_cues(self) -> dict[str, int]:
         """First word of a cue -> the words of the longest that begins with it."""
-        return _longest(self.cues)
+        return _longest(self.cue_words)
 
     @cached_property
     def place_phrases(self) -> dict[tuple[str, ...], str]:
@@ -205,6 +219,8 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         classes={w: frozenset(c) for w, c in classes.items()},
         directions=directions,
         cues=cues,
+        alike={w: one for one, others in words["cue_words"].items() for w in others},
+        short=words["cue_short"],
         abbreviations=words["abbreviations"],
         ordinals=words["ordinals"],
         units_m=words["units_m"],
@@ -219,7 +235,7 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         compass=frozenset(words["compass"]),
         common=frozenset(words["common"]),
         closed=frozenset(closed),
-        plain=frozenset(words["plain"]),
+        plain=frozenset(words["plain"]).union(*words["cue_words"].values(), words["cue_short"]),
         roles={name: frozenset(words[name]) for name in (*_ROLES, *_CLASSES)}
         | {name: frozenset(forms) for name, forms in words["assertion"].items()},
         assertion={

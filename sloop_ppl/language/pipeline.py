@@ -26,8 +26,8 @@ from spacy.util import registry
 from spacy.vocab import Vocab
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language.chunks import Chunk
 from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.reading import TextReading
 from sloop_ppl.language.rules import STEPS, begin, encodable

@@ -46,6 +46,9 @@ def kind_name(words: tuple[str, ...]) -> str:
     return places.get(words) or places.get((*words[:-1], head), "")
 
 
+_WAYS = ("street", "service", "pedestrian")
+
+
 class PlaceIndex:
     """The places of one map by name and by kind.
 
@@ -65,10 +68,16 @@ class PlaceIndex:
             self._tokens.setdefault(self._ids[entry.landmark], []).append(entry.tokens)
         self._fits: dict[str, KindFit] = {}
         self._scores: dict[str, dict[str, float]] = {}
+        self._positions = {one: i for i, one in enumerate(self._ids)}
+        self.streets = frozenset(i for i, m in enumerate(city.landmarks) if m.kind in _WAYS)
 
     def id(self, position: int) -> str:
         """Return the id of the landmark at a position in the map."""
         return self._ids[position]
+
+    def position(self, landmark_id: str) -> int | None:
+        """Return the position in the map of a landmark, None for another id."""
+        return self._positions.get(landmark_id)
 
     def home(self, position: int) -> str:
         """Return which of several merged maps a landmark came from."""

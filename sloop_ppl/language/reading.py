@@ -15,13 +15,14 @@ from sloop_ppl.language._confidence import (
     readings_of,
 )
 from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
+from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
-from sloop_ppl.language._place_phrases import find_places
-from sloop_ppl.language.chunks import Chunk, read_chunks
+from sloop_ppl.language.chunks import read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
@@ -141,7 +142,12 @@ def _mended(low: str, vocabulary: frozenset[str]) -> str:
 def find_cues(state: TextReading) -> None:
     """Find relation cues, directions and the small words that hold phrases together."""
     state.chunks = read_chunks(
-        state.words, state.norms, state.landmarks, state.figures, state.kinds
+        state.words,
+        state.norms,
+        state.landmarks,
+        state.figures,
+        state.kinds,
+        state.places.streets,
     )
 
 
@@ -284,7 +290,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
             relation=relation,
             grounds=tuple(g.ids[0] for g in grounds),
             negated=phrase.negated,
-            distance_m=phrase.distance_m,
+            distance=phrase.distance,
             confidence=round(one.confidence * min(g.confidence for g in grounds), 3),
             spans=RelationSpans(
                 _chars(state.words, *one.span),

@@ -159,10 +159,14 @@ def words_by_class() -> dict[str, tuple[str, ...]]:
 # Directions of frame words: SLOOP fig. 4 (right is 90 degrees clockwise of front). The published
 # code has southwest at 75 degrees of its compass, a slip for 135; not followed.
 _ENGLISH: dict[str, Relation] = {
-    "on": Relation("contact", forms=("on", "onto", "upon", "on top of")),
-    "at": Relation("contact", forms=("at", "@"), speakable=True),
+    "on": Relation("contact", forms=("on", "onto", "upon", "on top of", "up top of", "atop", "on the top of")),
+    "at": Relation(
+        "contact", forms=("at", "@"), denied_forms=("gone from", "missing from", "absent from"),
+        speakable=True,
+    ),
     "in": Relation("contact", forms=("in", "into")),
-    "inside": Relation("contact", forms=("inside", "inside of"), bare=True),
+    "inside": Relation("contact", forms=("inside", "inside of", "in side of", "in side", "on the inside of",
+            "at the inside of"), bare=True),
     "along": Relation(
         "contact", region="along",
         forms=("along", "alongside", "alongside of", "along side", "along side of", "halfway along",
@@ -187,26 +191,36 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "near": Relation(
         "proximity", converse="near", bare=True, speakable=True,
-        forms=("near", "near to", "nearby", "nearest to", "nearest", "nearer to", "nearer",
+        forms=("near", "near to", "near by", "nearby", "nearby to", "nearest to", "nearest", "nearer to", "nearer",
             "in the vicinity of", "in the area of", "in proximity to", "a short walk from", "by",
-            "over by", "around the corner from", "steps from", "doors down from",
-            "a few doors from", "in the neighborhood of", "in the neighbourhood of"),
-        denied_forms=("far from", "far away from", "a long way from", "nowhere near"),
+            "over by", "hard by", "around the corner from", "steps from", "steps away from",
+            "doors down from", "doors from", "next door but one to", "next but one to", "in the neighborhood of", "in the neighbourhood of",
+            "this side of", "on this side of", "on the near side of", "short of", "just before",
+            "right before", "shortly before", "along from", "on from", "along the street from",
+            "up the street from", "up the way from", "up the block from", "up the alley from",
+            "up the hill from", "uphill from", "uphill of", "down the street from",
+            "down the way from", "down the block from", "down the alley from",
+            "down the hill from", "downhill from", "downhill of"),
+        denied_forms=("far from", "far away from", "a long way from", "a long way away from",
+            "nowhere near", "nowhere near to", "nowhere close to", "nowhere around", "nowhere by",
+            "away from", "clear of", "miles from", "miles away from", "a good way from",
+            "a good distance from"),
     ),
     "beside": Relation(
         "proximity", converse="beside", bare=True,
         forms=("beside", "besides", "on the other side of", "at the other side of",
+            "other side of", "the other side of",
             "side by side with"),
     ),
     "next": Relation(
         "proximity", converse="next", bare=True,
-        forms=("next to", "next door to", "next door from"),
+        forms=("next to", "next door to", "next door from", "next of", "next from", "next with", "next by"),
     ),
     "by": Relation("proximity", phrase="by", converse="by"),
     "around": Relation("proximity", forms=("around", "round", "surrounding"), converse="around"),
     "close": Relation(
         "proximity", converse="close",
-        forms=("close to", "close by", "closest to", "closer to", "close by to"),
+        forms=("close to", "close by", "closest to", "closer to", "close by to", "close from", "close of", "close with"),
     ),
     "outside": Relation("proximity", forms=("outside", "outside of"), bare=True),
     "towards": Relation("proximity", forms=("towards", "toward", "facing", "in the direction of")),
@@ -214,13 +228,13 @@ _ENGLISH: dict[str, Relation] = {
     "off": Relation("proximity", forms=("off", "off of")),
     "beyond": Relation(
         "proximity",
-        forms=("beyond", "past", "on the far side of", "at the far side of", "farther than",
-            "further than"),
+        forms=("beyond", "past", "on the far side of", "at the far side of", "far side of", "farther than",
+            "further than", "just after", "right after", "shortly after", "immediately after"),
     ),
     "between": Relation(
         "between", grounds="several", region="between",
         forms=("between", "betwixt", "in between", "in the middle between", "halfway between",
-            "midway between", "sandwiched between", "in the space between"),
+            "midway between", "sandwiched between", "in the space between", "b/w"),
     ),
     "north": Relation(
         "north", phrase="north of", converse="south", bearing_rad=math.pi / 2, bare=True,
@@ -234,8 +248,7 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "up": Relation(
         "north", converse="down", bearing_rad=math.pi / 2, of_map="north", from_ground="near",
-        forms=("up", "up from", "up the street from", "up the road from", "up the block from",
-            "halfway up"),
+        forms=("up", "up from", "halfway up"),
     ),
     "top": Relation(
         "north", phrase="at the top of", converse="below", bearing_rad=math.pi / 2, of_map="north",
@@ -255,8 +268,7 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "down": Relation(
         "south", converse="up", bearing_rad=-math.pi / 2, of_map="south", from_ground="near",
-        forms=("down", "down from", "down the street from", "down the road from",
-            "down the block from", "halfway down"),
+        forms=("down", "down from", "halfway down"),
     ),
     "under": Relation(
         "south", converse="above", bearing_rad=-math.pi / 2, of_map="south", from_ground="at",
@@ -293,7 +305,9 @@ _ENGLISH: dict[str, Relation] = {
     "front": Relation(
         "front", converse="behind", offset_rad=0.0, of_map="north", bare=True, speakable=True,
         forms=("in front of", "in the front of", "at the front of", "out front of",
-            "to the front of", "on the front of", "in front", "front of", "ahead of"),
+            "to the front of", "on the front of", "in front", "front of", "ahead of", "out front",
+            "out the front of", "out the front", "at front of", "on front of", "round the front of",
+            "around the front of", "round the front", "around the front", "round front of"),
         directions=("front",),
     ),
     "behind": Relation(
@@ -301,7 +315,10 @@ _ENGLISH: dict[str, Relation] = {
         forms=("behind", "in back of", "in the back of", "at the back of", "on the back of",
             "to the back of", "out back of", "around the back of", "round the back of", "back of",
             "in the rear of", "at the rear of", "to the rear of", "on the rear of", "rear of",
-            "around back of", "at the backside of", "on the backside of"),
+            "around back of", "at the backside of", "on the backside of", "out back",
+            "out the back of", "out the back", "round back of", "round back", "around back",
+            "round the back", "around the back", "in back", "at back of", "round behind",
+            "around behind", "out behind", "in the back", "in the rear", "at the rear"),
         directions=("back", "rear", "backside"),
     ),
     "left": Relation(
@@ -320,8 +337,15 @@ _ENGLISH: dict[str, Relation] = {
             "directly opposite", "across the street from", "across the road from",
             "across the way from", "across the intersection from", "across the alley from",
             "over the road from", "over the street from", "diagonally across from",
-            "kitty corner to", "kitty corner from", "catty corner to", "catty corner from",
-            "on the opposite side of", "on the other side of the street from",
+            "diagonally across", "diagonally opposite", "diagonally opposite to",
+            "diagonally opposite of", "diagonally opposite from", "diagonally from",
+            "diagonally to", "diagonal to", "diagonal from", "diagonal of", "diagonal across from",
+            "on the diagonal from", "diagonally across the street from",
+            "diagonally across the intersection from", "diagonally across the corner from",
+            "kitty corner to", "kitty corner from", "kitty corner of", "kitty corner",
+            "kitty corner across from", "kitty corner with", "on the kitty corner from", "kittycorner to", "kittycorner from",
+            "kittycorner of", "kittycorner", "kittycorner across from",
+            "on the opposite side of", "opposite side of", "on the other side of the street from",
             "on the other side of the road from", "on the opposite side of the street from",
             "on the opposite side of the road from"),
     ),
