@@ -262,7 +262,22 @@ class _ObjectFinder:
             else:
                 found.append(phrase)
                 i = phrase.last
+        for k in range(len(found) - 1, 0, -1):  # "the ladder, the hose and the axe are in ..."
+            before, after = found[k - 1], found[k]
+            start = after.first - bool(after.lead)
+            if (
+                after.role
+                and not before.role
+                and before.definite
+                and self._listed(before.last, start)
+            ):
+                found[k - 1] = replace(before, role=True)
         return found
+
+    def _listed(self, first: int, last: int) -> bool:
+        """Whether only a comma or "and" stands between two phrases."""
+        between = self.norms[first:last]
+        return 0 < len(between) <= 2 and all(w in (",", "and", "&", "+") for w in between)
 
     def target(self, phrase: _Phrase) -> TargetObject:
         """Return the object that a phrase names."""
@@ -292,6 +307,14 @@ class _ObjectFinder:
             return False
         if bare in self.known.colours or bare in self.known.object_kinds:
             return True
+        if bare in _words("abstract") | _words("times"):  # "block party", "night guard"
+            return (
+                i + 1 < len(self.norms)
+                and not self.taken[i + 1]
+                and (i > 0 and self.norms[i - 1] in _words("object_determiners"))
+                and self.words[i + 1].kind == "word"
+                and self._open(i + 1)
+            )
         return (
             word.kind == "word"
             and bare not in self._function
@@ -390,6 +413,7 @@ class _ObjectFinder:
             and bare not in self.known.words_of("titles")
             and self.words[k].kind == "word"
             and not self.taken[k]
+            and bare not in self._no_head
             and bare not in self._place_words - self.known.words_of("kin")
         )
 
@@ -486,6 +510,8 @@ class _ObjectFinder:
             return True
         if norm == "no" and at:
             return self._located(at)
+        if norm in ("have", "has", "had"):  # "has a van", no "have leaved"
+            return self.norms[start] in _words("object_determiners")
         if norm in self.known.words_of("locating_verbs"):
             return True
         if norm in ("me", "us", "him", "her", "them", "it"):

@@ -76,6 +76,7 @@ class _Walk:
         self.clause = _Clause()
         self.lows = [w.low for w in reader.words]
         self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.named_at: dict[str, int] = {}  # object -> word after its last mention
         self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
         self.alternative = False  # "or" stands between the last relation and the next
 
@@ -521,6 +522,7 @@ class _Walk:
                 self.alternative = self.alternative or phrase.cue in self.others
                 self._give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
+        self.named_at |= dict.fromkeys(ids, span[1])
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route, clause.topic = True, True, False, None
         clause.subject, clause.negated, clause.aside = (), False, False
@@ -544,6 +546,7 @@ class _Walk:
             if back is None:
                 return
             phrase = back
+        phrase = self._pointed(phrase)
         clause.open = False
         if clause.aside or clause.route:
             clause.aside_used = clause.aside
@@ -568,6 +571,23 @@ class _Walk:
             self._give(phrase, clause.figures, clause.span, 1.0)
         else:
             self._wait(phrase)
+
+    def _pointed(self, phrase: RelationPhrase) -> RelationPhrase:
+        """Read "there's a skip, we are behind that": the object named since the last place."""
+        about = phrase.grounds[0]
+        words = self.lows[about.first : about.last]
+        if about.kind != "landmark" or not words or words[-1] not in ("it", "that", "him", "her"):
+            return phrase
+        place = max((g.last for g in self.reader.grounds if g.last <= phrase.cue[0]), default=0)
+        since = [
+            i
+            for i, at in self.named_at.items()
+            if place < at <= phrase.cue[0] and i not in self.clause.figures
+        ]
+        if not since:
+            return phrase
+        ground = Ground("figure", about.first, about.last, (since[-1],), confidence=0.8)
+        return replace(phrase, grounds=(ground, *phrase.grounds[1:]))
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""

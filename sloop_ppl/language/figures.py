@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from sloop_ppl.language.lexicon import camel_words, lexicon
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import TargetObject
+from sloop_ppl.language.words import split_words
 
 __all__ = ["FigureFinder", "FigureMention", "figure_finder", "inferred_target"]
 
@@ -67,7 +68,7 @@ class FigureFinder:
         kinds = lexicon().object_kinds
         for target in self.known:
             words = camel_words(target.id)
-            names = [tuple(n.lower().split()) for n in target.names] or [tuple(words)]
+            names = [_spelt(n) for n in target.names] or [tuple(words)]
             names.append(tuple(words))
             colour = target.colour or next((w for w in words if w in lexicon().colours), None)
             self._names[target.id] = [n for n in names if n]
@@ -106,6 +107,8 @@ class FigureFinder:
                 titled = norms[last - 1] in lexicon().words_of("titles")
                 if titled and norms[last : last + 1] == ["."]:  # "Mr. Paws"
                     last += 1
+                elif norms[last : last + 1] == ["-"] and self._names_go_on(norms, last + 1):
+                    last += 1  # "U-Haul"
             mention = self._mention(norms, i, last)
             if mention is None:
                 i += 1
@@ -131,7 +134,7 @@ class FigureFinder:
     def _mention(self, norms: Sequence[str], first: int, last: int) -> FigureMention | None:
         kinds = lexicon().object_kinds
         words = [_bare(n) for n in norms[first:last]]
-        if "." in words:
+        if "." in words or "-" in words:
             return self._titled(words, first)
         other = words[0] in ("other", "second")
         heads = [
@@ -163,9 +166,12 @@ class FigureFinder:
             first, last, (inferred_target(words, lead).id,), plural=plural, other=other
         )
 
+    def _names_go_on(self, norms: Sequence[str], at: int) -> bool:
+        return at < len(norms) and _bare(norms[at]) in self.vocabulary
+
     def _titled(self, words: list[str], first: int) -> FigureMention | None:
         """Return the mention that "Mr. Paws" makes."""
-        named = [w for w in words if w != "."]
+        named = [w for w in words if w not in (".", "-")]
         found = tuple(
             i for i, names in self._names.items() if any(_within(n, named) for n in names)
         )
@@ -235,6 +241,11 @@ def figure_finder(targets: Sequence[TargetObject] | None) -> FigureFinder:
             _FINDERS.clear()
         _FINDERS[key] = FigureFinder(key)
     return _FINDERS[key]
+
+
+def _spelt(name: str) -> tuple[str, ...]:
+    """Return a name as words without marks: "U-Haul" is u, haul."""
+    return tuple(w.low for w in split_words(name) if w.kind != "mark")
 
 
 def _bare(norm: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
 from sloop_ppl.language.figures import FigureMention
 from sloop_ppl.language.items import Chunk
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.place_index import KindFit, PlaceIndex
@@ -177,6 +178,8 @@ class GroundReader:
         if pointing and kind in ("end", "comma", "stop", "and"):
             back = self.last_ground()
             return (back, at) if back is not None else None
+        if kind == "word" and self.value(at) in lexicon().words_of("adverbs"):
+            return None  # "is inside already"
         if kind == "word":
             return self._unknown(at)
         if kind == "part":

@@ -31,6 +31,7 @@ from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
+    NOT_ON_MAP,
     SPEAKER,
     Description,
     RelationSpans,
@@ -225,8 +226,14 @@ def to_description(state: TextReading) -> Description:
         if one.either is None and _is_choice(state, one):
             relations, groups = _choice(relations, groups), groups + 1
         for relation in relations:
-            if SPEAKER in relation.grounds and SPEAKER not in located:
-                _add_aside(state, one.phrase, "other", aside)
+            nowhere = NOT_ON_MAP in relation.grounds and relation.figure != SPEAKER
+            if nowhere or (SPEAKER in relation.grounds and SPEAKER not in located):
+                if nowhere:
+                    for ground in one.phrase.grounds:
+                        span = _chars(state.words, ground.first, ground.last)
+                        aside.setdefault(span, Unresolved(state.text[slice(*span)], span))
+                else:
+                    _add_aside(state, one.phrase, "other", aside)
                 continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
             found.setdefault(key, (relation, one))
@@ -362,7 +369,7 @@ def _add_aside(
 ) -> None:
     """Add a phrase that locates no target to what is unresolved."""
     span = _chars(state.words, phrase.cue[0], max(phrase.last, phrase.cue[0] + 1))
-    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1])
+    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1] if i in state.city)
     found.setdefault(span, Unresolved(state.text[slice(*span)], span, grounds, status))
 
 

@@ -224,7 +224,8 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "outside": Relation("proximity", forms=("outside", "outside of"), bare=True),
     "towards": Relation("proximity", forms=("towards", "toward", "facing", "in the direction of")),
-    "against": Relation("proximity", forms=("against", "up against", "leaning on", "propped on")),
+    "against": Relation("proximity", forms=("against", "up against", "leaning on", "leans on", "leaned on", "leant on", "leans against",
+            "leaning against", "rests on", "resting on", "propped on")),
     "off": Relation("proximity", forms=("off", "off of")),
     "beyond": Relation(
         "proximity",
