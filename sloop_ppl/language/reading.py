@@ -304,7 +304,7 @@ def _add_aside(
 ) -> None:
     """Add a phrase that locates no target to what is unresolved."""
     span = _chars(state.words, phrase.cue[0], max(phrase.last, phrase.cue[0] + 1))
-    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1])
+    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1] if i in state.city)
     found.setdefault(span, Unresolved(state.text[slice(*span)], span, grounds, status))
 
 
