@@ -127,8 +127,8 @@ def calibration(
     >>> found = calibration(
     ...     [0.9] * 10 + [0.4] * 10, [1] * 9 + [0] + [1] * 4 + [0] * 6, range(20), rng=rng
     ... )
-    >>> round(found.slope, 2), found.auc, found.brier < found.brier_constant
-    (1.0, 0.7692307692307693, True)
+    >>> round(found.slope, 2), round(found.auc, 2), found.brier < found.brier_constant
+    (1.0, 0.77, True)
     """
     p, y = np.asarray(stated, dtype=np.float64), np.asarray(right, dtype=np.float64)
     if p.ndim != 1 or not len(p) == len(y) == len(clusters) or len(p) == 0:
@@ -189,10 +189,10 @@ def _slopes(p: Array, y: Array, weights: Array, *, rounds: int = 50) -> Array:
         q = 1 / (1 + np.exp(-np.clip(a[:, None] + b[:, None] * x, -30, 30)))
         spread = n * q * (1 - q)
         error = good - n * q
-        ga, gb = error.sum(1), error @ x - _RIDGE * b
-        haa, hab, hbb = spread.sum(1) + _RIDGE, spread @ x, spread @ x**2 + _RIDGE
-        scale = haa * hbb - hab**2
-        step_a, step_b = (hbb * ga - hab * gb) / scale, (haa * gb - hab * ga) / scale
+        g_a, g_b = error.sum(1), error @ x - _RIDGE * b
+        h_aa, h_ab, h_bb = spread.sum(1) + _RIDGE, spread @ x, spread @ x**2 + _RIDGE
+        scale = h_aa * h_bb - h_ab**2
+        step_a, step_b = (h_bb * g_a - h_ab * g_b) / scale, (h_aa * g_b - h_ab * g_a) / scale
         longest = np.maximum(1, np.maximum(np.abs(step_a), np.abs(step_b)))
         a, b = a + step_a / longest, b + step_b / longest
         if max(np.abs(step_a).max(), np.abs(step_b).max()) < 1e-9:

@@ -75,7 +75,7 @@ class GoldEntry:
 
 
 def gold_entries(
-    lines: Sequence[EntryLine], figures: Collection[str], city: CityMap
+    lines: Sequence[EntryLine], figures: Collection[str] = (), city: CityMap | None = None
 ) -> tuple[GoldEntry, ...]:
     """Check the entries of a line against its objects and its map.
 
@@ -86,7 +86,7 @@ def gold_entries(
     figures
         Ids of the objects of the line; when there are none, any may be spoken of.
     city
-        The map.
+        The map; None when the ids of grounds are taken as they are.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def gold_entries(
     )
 
 
-def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap) -> GoldEntry:
+def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap | None) -> GoldEntry:
     if figures and line.figure not in figures and line.figure != SPEAKER:
         raise Fault(
             f"{path}figure", f"is '{line.figure}'; expected one of {', '.join(sorted(figures))}"
@@ -111,7 +111,7 @@ def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap) 
 
     def check(ground: str, name: str) -> str:
         try:
-            return ground if ground in known else city.landmark(ground).id
+            return ground if city is None or ground in known else city.landmark(ground).id
         except SloopError as error:
             raise Fault(f"{path}{name}", f"is not on the map: {error}") from error
 

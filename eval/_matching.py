@@ -251,6 +251,8 @@ def _nouns(text: str) -> list[str]:
 
 
 def _singular(word: str) -> str:
+    if re.search(r"(?:ch|sh|ss|x)es$", word):
+        return word[:-2]
     return word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word
 
 

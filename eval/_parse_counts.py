@@ -111,6 +111,7 @@ def _count(counter: Counter[str], matched: Match[Hashable]) -> None:
     counter["true"] += len(matched.right)
     counter["gold"] += len(matched.right) + len(matched.missed)
     counter["found"] += len(matched.right) + len(matched.wrong)
+    counter["passed"] += len(matched.passed)
 
 
 def _count_by(
@@ -142,7 +143,7 @@ def _count_unread(
 
 def _status_rates(counters: Mapping[str, Counter[str]]) -> dict[str, dict[str, float]]:
     read = {name: _rates(counters[name]) for name in READ_STATUSES if name in counters}
-    unread = {
+    unread: dict[str, dict[str, float]] = {
         name: {"n": counter["gold"], "read": counter["true"]}
         for name, counter in sorted(counters.items())
         if name not in READ_STATUSES
@@ -159,7 +160,7 @@ def _class_rates(
         name: {"n": counter["n"], "read_right": round(counter["right"] / counter["n"], 6)}
         for name, counter in sorted(counters.items())
     }
-    wrong, found = all_["found"] - all_["true"], all_["found"]
+    wrong, found = all_["found"] - all_["true"], all_["found"] + all_["passed"]
     whole = {
         "n": all_["gold"],
         "read_right": _rates(all_)["recall"],

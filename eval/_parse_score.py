@@ -66,7 +66,8 @@ class ParseScore:
         `polarity_f1`, ``false_positives``.
     classes
         Class of ground, and ``"all"`` -> ``n`` required entries and the share ``read_right``, as in
-        `polarity_f1`; ``"all"`` also has ``wrong_among_read``. Empty where the gold has no classes.
+        `polarity_f1`; ``"all"`` also has ``wrong_among_read``, the share wrong of all that was
+        read, optional entries too. Empty where the gold has no classes.
     confidence
         Whether the parser's confidence is a probability; None unless asked for.
     """

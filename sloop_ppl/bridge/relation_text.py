@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from sloop_ppl.language import HEARER, NOT_ON_MAP, RELATIONS, WHOLE_MAP, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.maps.whereabouts import COMPASS_POINTS
+from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import Posterior
 
 __all__ = ["distance_in_words", "facing", "ground_label", "percent", "relations_in_words"]
 
+# Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 
 
@@ -71,5 +72,6 @@ def distance_in_words(relation: SpatialRelation) -> str:
 
 def percent(p: float, places: int = 0) -> str:
     """Return a probability in percent; what is little but possible is not called 0%."""
+    # The smallest number that shows at so many places; below half of it the text would round to 0.
     least = 10.0 ** -(places + 2)
     return f"<{least:.{places}%}" if 0 < p <= least / 2 else f"{p:.{places}%}"

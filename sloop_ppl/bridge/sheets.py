@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["figure_of", "sheet_of"]
 
+# Components below half a per cent are not drawn: they would read 0 %.
 _NEGLIGIBLE = 0.005
+# Petals of a rose, five degrees each.
 _DIRECTIONS = 72
 
 
@@ -88,6 +90,7 @@ def sheet_of(
 
 def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
     """Return the belief given each component that has a share worth drawing."""
+    # The last description that speaks of the target: its components are those that count now.
     which = max(i for i, f in enumerate(posterior.factors) if target in f.log_factors)
     names = posterior.factors[which].components
     joint = posterior.joint.probabilities(site_name(f"{target}/component", which), f"{target}/cell")

@@ -25,15 +25,13 @@ def _words(name: str) -> frozenset[str]:
     return lexicon().words_of(name)
 
 
-def assertions(
-    words: Sequence[Word], norms: Sequence[str], chunks: Sequence[Chunk]
-) -> list[Assertion]:
+def assertions(words: Sequence[Word], chunks: Sequence[Chunk]) -> list[Assertion]:
     """Return of each word whether what it says is asserted, denied, asked, or held before.
 
     Parameters
     ----------
-    words, norms
-        The text, as it stands and with its spelling mended.
+    words
+        The text.
     chunks
         Its items; sentences end at those of kind ``stop``.
     """
@@ -194,10 +192,7 @@ def _past(
     for number, (first, last) in enumerate(spans):
         begin = first
         for k in range(first, last):
-            cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] in (
-                "but",
-                "then",
-            )
+            cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] == "but"
             cut = cut or (
                 lows[k] == "and" and lows[k + 1 : k + 2] and lows[k + 1] in _words("subjects")
             )

@@ -20,35 +20,11 @@ __all__ = ["Objects", "find_objects", "find_speaker", "own_cars"]
 
 _LONGEST_PHRASE = 5
 _LOOK_AHEAD = 8  # words between "we" and what says where: "we are all still sitting right"
-_DETERMINERS = frozenset(
-    (
-        "the",
-        "a",
-        "an",
-        "my",
-        "our",
-        "his",
-        "her",
-        "their",
-        "your",
-        "this",
-        "that",
-        "some",
-        "another",
-    )
-)
-_OPENS = frozenset(
-    ("and", "but", "so", "that", "because", "think", "believe", "said", "says", "guess", "hope", "know",
-     "then", "where", "while", "if", "swear", "bet", "reckon", "or", "yes", "no", "well", "hey", "hi",
-     "ok", "okay", "update", "btw", "fyi", "when", "as", "though", "although", "now", "tell", "told",
-     "heard", "hear", "dispatch", "also", "still", "today")
-)  # fmt: skip
-_PARTICLES = frozenset(("off", "up", "for", "out", "down", "over", "sight", "also", "just", "back"))
-_EXISTS = frozenset(("there", "there's", "theres", "here's", "heres", "where's", "wheres", "here"))
-_TRACES = frozenset(
-    ("sign", "signs", "trace", "sight", "pair", "bunch", "report", "reports", "hide", "hair")
-)
 _CLAUSE_MARKS = frozenset(".;!?:,()[]-–—\n")
+
+
+def _words(role: str) -> frozenset[str]:
+    return lexicon().words_of(role)
 
 
 @dataclass(frozen=True)
@@ -59,9 +35,7 @@ class Objects:
     inferred: tuple[TargetObject, ...] = ()
 
 
-def find_speaker(
-    words: Sequence[Word], norms: Sequence[str], taken: Sequence[bool]
-) -> list[FigureMention]:
+def find_speaker(norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMention]:
     """Return the mentions of who speaks that say where he is: "I'm at", "meet me", "we parked".
 
     "I think the bike ..." says nothing of the speaker's place and is none.
@@ -85,7 +59,7 @@ def find_speaker(
     return found
 
 
-def _reaches(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lexicon) -> bool:
+def _reaches(norms: Sequence[str], at: int) -> bool:
     """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
     while at < len(norms) and norms[at] in (
         "on",
@@ -138,8 +112,7 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
                 continue
             return False
         if norm in states or norm in known.words_of("neg") or norm in known.intensifiers:
-            be = be or norm in ("stay", "wait", "live", "stand", "sit", "broke", "crashed", "parked",
-                                "waiting", "work", "stood", "sat", "waited", "landed", "hide")  # fmt: skip
+            be = be or norm in known.words_of("staying")
             continue
         if norm in ("'s", ",") or (norm in ("you", "for", "here") and k > at):
             continue
@@ -192,11 +165,10 @@ def find_objects(
     """
     finder = _ObjectFinder(words, norms, taken)
     given = {m.first: m for m in mentions}
-    owned = {k for m in mentions for k in range(m.first, m.last)}
-    phrases = finder.phrases(owned, {m.first: m.last for m in mentions})
+    phrases = finder.phrases({m.first: m.last for m in mentions})
     objects: dict[str, TargetObject] = {}
     found: list[FigureMention] = []
-    waiting: list[tuple[_Phrase, FigureMention]] = []
+    waiting: list[FigureMention] = []
     for phrase in phrases:
         target = finder.target(phrase)
         inside = [given[k] for k in range(phrase.first, phrase.last) if k in given]
@@ -219,13 +191,10 @@ def find_objects(
             objects.setdefault(target.id, target)
             found.append(mention)
         elif phrase.definite:
-            waiting.append((phrase, mention))
+            waiting.append(mention)
     # A phrase without a role is an object where the same words have one elsewhere: "next to Tom.
     # Tom is on a bench", "in my truck".
-    heads = {i: i for i in objects}
-    for phrase, mention in waiting:
-        if mention.candidates[0] in heads:
-            found.append(mention)
+    found += [mention for mention in waiting if mention.candidates[0] in objects]
     found += [m for m in given.values() if not any(f.first <= m.first < f.last for f in found)]
     return Objects(tuple(sorted(found, key=lambda m: m.first)), tuple(objects.values()))
 
@@ -282,12 +251,12 @@ class _ObjectFinder:
         )
         self._place_words = {w for phrase in known.place_phrases for w in phrase}
 
-    def phrases(self, owned: set[int], known_last: dict[int, int]) -> list[_Phrase]:
+    def phrases(self, known_last: dict[int, int]) -> list[_Phrase]:
         """Return the noun phrases in order, with their roles."""
         found: list[_Phrase] = []
         i = 0
         while i < len(self.norms):
-            phrase = self._phrase(i, owned, known_last)
+            phrase = self._phrase(i, known_last)
             if phrase is None:
                 i += 1
             else:
@@ -343,8 +312,12 @@ class _ObjectFinder:
             and _bare(following) in self.known.object_kinds
         )
 
-    def _phrase(self, i: int, owned: set[int], known_last: dict[int, int]) -> _Phrase | None:
-        lead = self.norms[i] if self.norms[i] in _DETERMINERS and not self.taken[i] else ""
+    def _phrase(self, i: int, known_last: dict[int, int]) -> _Phrase | None:
+        lead = (
+            self.norms[i]
+            if self.norms[i] in _words("object_determiners") and not self.taken[i]
+            else ""
+        )
         first = i + 1 if lead else i
         at = first
         attached = False  # the last word ends in 's, which stands for "is"
@@ -373,7 +346,7 @@ class _ObjectFinder:
             at += 1
             if self.norms[at - 1].endswith("'s"):
                 if self._possesses(at):
-                    first, lead = at, lead or "the"
+                    first, lead = at, "the"
                     continue
                 attached = True
                 break
@@ -408,7 +381,8 @@ class _ObjectFinder:
     def _heads(self, k: int) -> bool:
         """Whether a word can head a phrase."""
         bare = _bare(self.norms[k])
-        if bare in self.known.object_kinds:
+        titled = k > 1 and self.known.words_of("titles") & {self.norms[k - 1], self.norms[k - 2]}
+        if bare in self.known.object_kinds or titled:
             return True
         return (
             bare not in self.known.colours
@@ -445,11 +419,11 @@ class _ObjectFinder:
             or _bare(self.norms[last - 1]) in known.words_of("kin")
             or _bare(self.norms[last - 1]) in known.object_kinds
         )
-        free = bool(lead) or named or begins or before in _OPENS
+        free = bool(lead) or named or begins or before in _words("clause_openers")
         if (
             before in ("of", "with")
             and self.norms[start - 2 : start - 1]
-            and self.norms[start - 2] in _TRACES
+            and self.norms[start - 2] in _words("traces")
         ):
             return True
         if self._located(start):
@@ -494,20 +468,20 @@ class _ObjectFinder:
         return following[0] in ("he", "she", "it", "they", "i", "we") and verb
 
     def _located(self, start: int) -> bool:
-        """Whether what stands before a phrase sees, loses, leaves or parks it, or says it exists."""
+        """Whether what stands before a phrase sees, loses or leaves it, or says it exists."""
         at = start - 1
         steps = 0
-        while at >= 0 and steps < 2 and self.norms[at] in _PARTICLES:
+        while at >= 0 and steps < 2 and self.norms[at] in _words("object_particles"):
             at -= 1
             steps += 1
         if at < 0 or self.taken[at]:
             return False
         norm = self.norms[at]
-        if norm in _EXISTS:
+        if norm in _words("existential"):
             return True
         if norm in ("is", "are", "was", "were", "be", "been", "isn't", "aren't", "wasn't") and at:
             back = self.norms[at - 1] in ("no", "not") and at > 1
-            return self.norms[at - 2 if back else at - 1] in _EXISTS | {"where"}
+            return self.norms[at - 2 if back else at - 1] in _words("existential") | {"where"}
         if norm in ("looking", "searching", "look", "search", "hunting") and steps:
             return True
         if norm == "no" and at:
@@ -529,7 +503,7 @@ class _ObjectFinder:
             while (
                 k < len(self.norms)
                 and k - at < 5
-                and (self.norms[k] in _DETERMINERS or self._open(k))
+                and (self.norms[k] in _words("object_determiners") or self._open(k))
             ):
                 k += 1
             at = k if k > at + 1 else at
@@ -571,8 +545,13 @@ class _ObjectFinder:
             return True
         if norm in known.words_of("ordinary_verbs"):
             onward = at + 1
-            if onward < len(self.norms) and self.norms[onward] in _PARTICLES | {"off", "into"}:
+            if onward < len(self.norms) and self.norms[onward] in _words("object_particles") | {
+                "off",
+                "into",
+            }:
                 onward += 1
+            if self.norms[onward : onward + 1] and self.norms[onward] in known.words_of("be"):
+                onward += 1  # "got stuck near"
             return onward < len(self.norms) and (
                 self._cue_starts(onward) or self.norms[at + 1 : at + 2] == ["into"]
             )

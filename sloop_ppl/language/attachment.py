@@ -33,6 +33,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     topic: Ground | None = None  # a landmark that no cue precedes
     grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
@@ -279,6 +280,7 @@ class _Walk:
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
+        self.clause.seen = (ground,) if self._seen(at) else ()
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.grounds
@@ -333,9 +335,8 @@ class _Walk:
         if leads and not self.clause.pending:
             self.clause.subject, self.clause.topic = (ground,), ground
             self.clause.open = self.clause.negated = False
-        elif self.reader.kind(at - 1) == "be" or self.reader.kind(at - 2) == "be":
-            if self.clause.pending and self._waits_for_place(ground):
-                return after
+        elif "be" in (self.reader.kind(at - 1), self.reader.kind(at - 2)) and self.clause.pending:
+            self._waits_for_place(ground)
         return after
 
     def _seen(self, at: int) -> bool:
@@ -381,7 +382,7 @@ class _Walk:
             return about
         words = self.lows[about.first : about.last]
         if about.kind == "robot":
-            mine = any(w in ("me", "us", "my", "our") for w in words)
+            mine = any(w in ("me", "us", "my", "our", "here") for w in words)
             return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
         if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
             ids = self.figures.last()
@@ -489,7 +490,24 @@ class _Walk:
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
+        elif not self.figures.open_ended:
+            return self._on_unknown(at)
         return at + 1
+
+    def _on_unknown(self, at: int) -> int:
+        """Read "there is a kiln to its east": something else is located, that no map holds."""
+        end = at
+        while self.reader.kind(end) in ("word", "place", "skip"):
+            end += 1
+        led = self.reader.kind(at - 1) in ("det", "possessive", "skip")
+        onward = self.reader.past(end, "skip", "none")
+        predicated = led and self.reader.kind(onward) == "be"
+        if not (predicated or (led and self._seen(at))) or self.clause.pending:
+            return at + 1
+        first, last = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
+        self.clause.subject = (Ground("unknown", first, last),)
+        self.clause.open = self.clause.negated = False
+        return end
 
     def _subject(self, ids: tuple[str, ...], span: tuple[int, int], joins: bool) -> None:
         """Make objects the subject, and give them what was said before they were named."""
@@ -516,9 +534,10 @@ class _Walk:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
-        if not phrase.grounds and clause.subject and self._spoken_of(phrase) is not None:
-            about = self._spoken_of(phrase)
-            self.record.converse(replace(phrase, grounds=(about,)), clause.subject)
+        places = clause.subject or clause.seen
+        about = self._spoken_of(phrase) if places and not phrase.grounds else None
+        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+            self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)

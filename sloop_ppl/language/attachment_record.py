@@ -188,12 +188,13 @@ class AttachmentRecord:
         """Return a ground that is another target with its id, one of none as unknown."""
         if ground.kind == "robot":
             words = {w.low for w in self.reader.words[ground.first : ground.last]}
-            if words & {"me", "us", "my", "our"} and SPEAKER not in ids:
+            if words & {"me", "us", "my", "our", "here"} and SPEAKER not in ids:
                 return replace(ground, kind="figure", ids=(SPEAKER,))
             return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
         if ground.kind != "figure":
             return ground
         found = tuple(i for i in self.figures.known(ground.ids) if i not in ids)
+        self.figures.referred_to(found)
         return replace(ground, kind="figure" if found else "unknown", ids=found)
 
     def _respectively(self) -> None:

@@ -16,7 +16,8 @@ __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 
 _ROLES = (
     "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
-    "ordinary_verbs", "adverbs", "times", "abstract",
+    "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
+    "traces", "object_particles", "existential", "staying",
 )  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",

@@ -183,7 +183,9 @@ def _judge(
         return None  # "24 Hour Fitness" is no measure
     whole = sum(h.last - h.first for _, _, h in chosen) == len(name.tokens)
     if not telling:
-        kind = len(name.tokens) == 1 and (_is_kind_word(name.tokens[0]) or words[first].low in lexicon().stop)
+        kind = len(name.tokens) == 1 and (
+            _is_kind_word(name.tokens[0]) or words[first].low in lexicon().stop
+        )
         if not whole or kind or (len(name.tokens) == 1 and not _stands(words, first, name, roles)):
             return None
     elif len(telling) > 1:
@@ -307,7 +309,11 @@ def _followed(words: Sequence[Word], at: int, name: Name) -> bool:
     if at >= len(words) or words[at].kind != "word":
         return False
     known, low = lexicon(), words[at].low
-    if canonical(low) in name.tokens or canonical(low) in known.generic or low in known.longest_places:
+    if (
+        canonical(low) in name.tokens
+        or canonical(low) in known.generic
+        or low in known.longest_places
+    ):
         return False
     return low not in known.closed or low in known.object_kinds
 

@@ -219,7 +219,10 @@ def _is_address(name: str, landmark: Landmark) -> bool:
     """Whether an alias is only a number of a street, which `addresses` reads."""
     known = landmark.properties
     number, street = known.get("house_number"), known.get("addr:street")
-    return name in known.get("addresses", ()) or name in (f"{number} {street}", f"{street} {number}")
+    return name in known.get("addresses", ()) or name in (
+        f"{number} {street}",
+        f"{street} {number}",
+    )
 
 
 def _tokens(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

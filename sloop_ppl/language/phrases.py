@@ -102,6 +102,8 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
         return _simple(reader, at, at + 1, "near")
     if kind in ("to", "from"):
         onward = _past_leads(reader, at + 1)
+        if reader.kind(onward) == "robot":  # "two blocks to your north"
+            onward = _past_leads(reader, onward + 1)
         return _direction(reader, onward, first, None) if reader.kind(onward) == "dir" else None
     if kind == "dir":
         return _direction(reader, at, first, None)
@@ -358,7 +360,7 @@ def _owner(reader: GroundReader, at: int) -> str:
     """Return whose side it is: the robot's ("your left"), a place's ("its left"), or nobody's."""
     if reader.kind(at) in ("skip", "none"):
         at -= 1
-    if reader.kind(at) == "robot":
+    if reader.kind(at) == "robot" or reader.value(at) in ("my", "our"):
         return "robot"
     if reader.kind(at) == "det" and reader.chunks[at].value in ("its", "their"):
         return "it"

@@ -8,6 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sloop_ppl.language._assertion import assertions
+from sloop_ppl.language._confidence import (
+    PhraseContext,
+    confidence,
+    phrase_features,
+    readings_of,
+)
 from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
@@ -24,7 +30,6 @@ from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
-    HEARER,
     SPEAKER,
     Description,
     RelationSpans,
@@ -66,6 +71,8 @@ class TextReading:
         Which relation phrases locate which objects.
     inferred
         The objects that no one declared.
+    features
+        Of each relation in the order of the description, what its confidence is told from.
     targets
         The objects spoken of.
     """
@@ -84,8 +91,8 @@ class TextReading:
     inferred: tuple[TargetObject, ...] = ()
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
+    features: Sequence[tuple[float, ...]] = ()
     description: Description | None = None
-    hearer: tuple[float, float] | None = None
 
 
 def find_landmarks(state: TextReading) -> None:
@@ -115,7 +122,7 @@ def find_figures(state: TextReading) -> None:
         figures = own_cars(state.norms, figures)
         objects = find_objects(state.words, state.norms, taken, figures)
         figures, state.inferred = list(objects.mentions), objects.inferred
-    speaker = find_speaker(state.words, state.norms, taken)
+    speaker = find_speaker(state.norms, taken)
     if speaker and not any(t.id == SPEAKER for t in state.finder.known):
         state.inferred = (*state.inferred, TargetObject(SPEAKER))
     state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
@@ -150,9 +157,16 @@ def relate(state: TextReading) -> None:
             for one in mention.candidates:
                 if one not in default:
                     figures.infer(_inferred(one, mention, state))
-    asserted = assertions(state.words, state.norms, state.chunks)
+    asserted = assertions(state.words, state.chunks)
     state.reading = attach(reader, figures, asserted)
     located = {f for one in state.reading.attached for f in one.figures}
+    located |= {
+        i
+        for a in state.reading.attached
+        for g in a.phrase.grounds
+        if g.kind == "figure"
+        for i in g.ids
+    }
     inferred = {t.id for t in state.inferred}
     state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
@@ -195,31 +209,69 @@ def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int)
 
 def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
-    relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
+    found: dict[tuple[str, str, tuple[str, ...], bool], tuple[SpatialRelation, Attached]] = {}
     aside: dict[tuple[int, int], Unresolved] = {}
-    located = {f for a in state.reading.attached if a.status is None for f in a.figures}
-    groups = 1 + max((a.either[0] for a in state.reading.attached if a.either), default=-1)
-    for one in state.reading.attached:
-        if one.status is not None:
-            continue
+    held = [a for a in state.reading.attached if a.status is None]
+    located = {f for a in held for f in a.figures}
+    groups = 1 + max((a.either[0] for a in held if a.either), default=-1)
+    for one in held:
+        relations = _relations(state, one)
         if one.either is None and _is_choice(state, one):
-            found, groups = _choice(_relations(state, one), groups), groups + 1
-        else:
-            found = _relations(state, one)
-        for relation in found:
-            lost = SPEAKER in relation.grounds and SPEAKER not in located
-            if lost or (HEARER in relation.grounds and state.hearer is None):
+            relations, groups = _choice(relations, groups), groups + 1
+        for relation in relations:
+            if SPEAKER in relation.grounds and SPEAKER not in located:
                 _add_aside(state, one.phrase, "other", aside)
                 continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
-            relations.setdefault(key, relation)
+            found.setdefault(key, (relation, one))
+    unresolved = _unresolved(state, aside)
+    read = list(found.values())
+    state.features = [
+        phrase_features(relation, _context(state, one, len(read), len(unresolved)))
+        for relation, one in read
+    ]
+    readings = readings_of([r for r, _ in read], [confidence(f) for f in state.features])
     return Description(
         text=state.text,
         map=state.city.name,
         targets=state.targets,
-        relations=tuple(relations.values()),
-        unresolved=_unresolved(state, aside),
+        relations=readings[0].relations,
+        unresolved=unresolved,
+        readings=readings if read else (),
     )
+
+
+def _context(state: TextReading, one: Attached, relations: int, aside: int) -> PhraseContext:
+    """Return what surrounds a phrase, as far as it tells how probably it was misread."""
+    cue = one.phrase.cue[0]
+    stops = [c.first for c in state.chunks if c.kind == "stop"]
+    first = max((s for s in stops if s <= cue), default=0)
+    last = min((s for s in stops if s > cue), default=len(state.words))
+    known = lexicon().words_of("adverbs") | lexicon().words_of("ordinary_verbs")
+    unread = sum(
+        c.kind == "word" and c.value not in known for c in state.chunks if first <= c.first < last
+    )
+    grounds = one.phrase.grounds
+    words = [state.words[g.last - 1].low for g in grounds]
+    inferred = {t.id for t in state.inferred}
+    return PhraseContext(
+        attachment=one.confidence,
+        ground=min(g.confidence for g in grounds),
+        named=_are_named(state, grounds),
+        pointed=any(w in lexicon().words_of("pronouns") for w in words),
+        target=any(g.kind == "figure" for g in grounds),
+        inferred=any(f in inferred for f in one.figures),
+        relations=relations,
+        aside=aside,
+        unread=unread / max(1, last - first),
+        sentence=last - first,
+    )
+
+
+def _are_named(state: TextReading, grounds: Sequence[Ground]) -> bool:
+    """Whether each ground is said by name."""
+    named = {w for m in state.landmarks for w in range(m.first, m.last)}
+    return all(any(w in named for w in range(g.first, g.last)) for g in grounds)
 
 
 def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:

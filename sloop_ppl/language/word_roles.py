@@ -103,7 +103,7 @@ def find_roles(words: Sequence[Word]) -> Roles:
         if w.kind == "word" and not first and w.low not in ALWAYS_CAPITAL
     ]
     upper = sum(w.text[:1].isupper() for w in inner)
-    cased = 0 < upper <= (1 - _TITLE_SHARE) * len(inner) or (0 < upper and len(inner) < 4)
+    cased = 0 < upper <= (1 - _TITLE_SHARE) * len(inner) or (upper > 0 and len(inner) < 4)
     capital = [
         cased
         and w.kind == "word"
@@ -124,7 +124,9 @@ def find_roles(words: Sequence[Word]) -> Roles:
 
 def _is_initial(words: Sequence[Word], at: int) -> bool:
     """Whether a sentence, or what is written like one, begins at a word."""
-    return at == 0 or words[at].breaks or (words[at - 1].low in ".!?:;-–—()\"“'" and _ends(words, at))
+    return (
+        at == 0 or words[at].breaks or (words[at - 1].low in ".!?:;-–—()\"“'" and _ends(words, at))
+    )
 
 
 def _ends(words: Sequence[Word], at: int) -> bool:
@@ -153,8 +155,14 @@ def _before(words: Sequence[Word], at: int, ends: frozenset[str]) -> tuple[bool,
     """Return whether a place is expected at a word, and whether any of a kind is spoken of."""
     i = at - 1
     indefinite = False
-    while i >= 0 and at - i < 4 and (words[i].low in ("the", "a", "an", "some", "that", "old") or
-                                     (words[i].low == "." and i + 1 < at)):
+    while (
+        i >= 0
+        and at - i < 4
+        and (
+            words[i].low in ("the", "a", "an", "some", "that", "old")
+            or (words[i].low == "." and i + 1 < at)
+        )
+    ):
         indefinite = indefinite or words[i].low in ("a", "an", "some")
         i -= 1
     if i < 0:
@@ -206,11 +214,15 @@ def _measures(words: Sequence[Word]) -> list[bool]:
         if word.low not in known.units_m and word.low not in _TIMES and word.low != "%":
             continue
         first = i
-        while first > 0 and i - first < 6 and (
-            words[first - 1].low in known.numbers
-            or (words[first - 1].kind == "number" and not words[first - 1].low[-1:].isalpha())
-            or (first < i and words[first - 1].low in _RANGES and _is_number(words, first - 2))
-            or (first == i and words[first - 1].low == "-")
+        while (
+            first > 0
+            and i - first < 6
+            and (
+                words[first - 1].low in known.numbers
+                or (words[first - 1].kind == "number" and not words[first - 1].low[-1:].isalpha())
+                or (first < i and words[first - 1].low in _RANGES and _is_number(words, first - 2))
+                or (first == i and words[first - 1].low == "-")
+            )
         ):
             first -= 1
         if first < i:

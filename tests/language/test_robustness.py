@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sloop_ppl.language import RELATIONS, NOT_ON_MAP, WHOLE_MAP, parse
+from sloop_ppl.language import NOT_ON_MAP, RELATIONS, WHOLE_MAP, parse
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.maps import load_map
 
