@@ -63,7 +63,8 @@ def find_places(
 
 
 def _is_kind(words: tuple[str, ...]) -> bool:
-    return len(words[-1]) > 2 and words[-1].isalpha() and is_kind_noun(" ".join(words))
+    plain = all(w.replace("'", "").isalpha() for w in words)
+    return plain and len(words[-1]) > 2 and is_kind_noun(" ".join(words))
 
 
 def _expected(norms: Sequence[str], at: int, roles: Roles) -> bool:

@@ -152,6 +152,10 @@ class GroundReader:
             definite = definite or self.chunks[at].value == "the" or pointing
             at += 1
         kind = self.kind(at)
+        if kind == "word" and self.value(at) in _ONE and self.kind(at + 1) == "of":
+            onward = self.past(at + 2, "plural", "same", "det", "skip")
+            if self.kind(onward) == "place":  # "one of those green areas"
+                return self._place(start, onward, True, False)
         direction = self.selects(at)
         if direction:
             got = self.read(at + 1)

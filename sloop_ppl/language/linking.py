@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sloop_ppl.language.addresses import link_addresses
+from sloop_ppl.language.kinds import is_kind_noun
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.mentions import LandmarkMention
 from sloop_ppl.language.name_index import Hit, Name, NameIndex, canonical
@@ -219,6 +220,9 @@ def _told_by_several(
     rare = [spot for spot in exact if not is_common(words[spot[0]].low)]
     if coverage < _ACCEPT:
         headed = telling[-1][2].last == len(name.tokens) and coverage >= _ACCEPT_HEADED
+        begun = telling[0][2].first == 0 and coverage >= _ACCEPT_HEADED
+        if begun and len(exact) == len(telling) and all(roles.capital[s[0]] for s in exact):
+            return True  # "Legal Aid" for "Legal Aid Society of Cleveland"
         return bool(exact) and coverage >= _ACCEPT_RARE and (headed or bool(rare))
     if rare or coverage >= _ALONE:
         return bool(exact) or coverage >= _ALONE
@@ -255,12 +259,15 @@ def _told_by_one(
         return torn or company or _stands(words, at, name, roles)
     if torn:
         return coverage >= _ACCEPT
-    if token in known.closed or (token in known.common and not company):
+    if token in known.classes or (token in known.closed | known.common and not company):
         return False
     if word.low in ALWAYS_CAPITAL and not company:
         return False
     if _ordinal(words, at) and not (company or named):
         return False
+    headed = company and chosen[-1][2].last == len(name.tokens) and not roles.indefinite[led]
+    if headed and roles.placed[led] and word.low not in PERSONS and coverage >= _ACCEPT_RARE:
+        return not is_kind_noun(" ".join(words[k].low for k in range(led, chosen[-1][1])))
     if not is_common(word.low):
         return coverage >= _ACCEPT_RARE and (
             not is_ordinary(word.low) or roles.capital[at] or (named and coverage >= _ACCEPT)

@@ -13,6 +13,7 @@ from sloop_ppl.maps import CityMap
 __all__ = ["KindFit", "PlaceIndex", "kind_name", "place_index"]
 
 _REMEMBERED = 2048
+_CARRIERS = frozenset(("building", "shop", "store", "place", "office", "branch"))
 _LESS_LIKE = 0.25
 """Weight of a landmark that a kind fits in part: the tower of that name where a bank is said."""
 
@@ -100,7 +101,7 @@ class PlaceIndex:
 
     def _fit(self, phrase: str) -> KindFit:
         said = tuple(phrase.split())
-        name = kind_name(said)
+        name = kind_name(said) or (kind_name(said[:-1]) if said[-1] in _CARRIERS else "")
         scores = self._scored(name) if name else {}
         best = self._best(scores, said)
         weights = dict.fromkeys(best, 1.0)
