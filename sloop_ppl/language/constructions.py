@@ -37,6 +37,7 @@ _STRAY = frozenset(
      "above", "inside", "outside", "beyond", "around", "adjacent", "against", "towards")
 )  # fmt: skip
 _ORDINALS = ("st", "nd", "rd", "th")
+_TURNED = frozenset(("pointing", "looking", "turned", "faces", "pointed"))
 _NEVER_ALONE = frozenset(("near", "front", "next", "beside", "opposite"))
 _STRAYS = ("of", "to", "from")
 _FAR = 12
@@ -199,7 +200,7 @@ def _near_where_it_is(chunks: Items, words: Sequence[Word]) -> None:  # noqa: AR
             _as(chunks, after, "none")
 
 
-def _stray_prepositions(chunks: Items, words: Sequence[Word]) -> None:  # noqa: ARG001
+def _stray_prepositions(chunks: Items, words: Sequence[Word]) -> None:
     """Read "beside of", "in front from", "opposite to" as the cue without the small word."""
     for i, chunk in enumerate(chunks):
         if chunk.kind != "cue":
@@ -258,9 +259,9 @@ def _measured_order(chunks: Items, words: Sequence[Word]) -> None:
         if said in ("after", "before"):
             _as(chunks, i + 1, "cue", Cue("beyond" if said == "after" else "near"))
         onward = _past(chunks, i + 1, "skip")
-        if _kind(chunks, onward) == "cue" and chunks[onward].value.relation in ("up", "down"):
-            if words[chunks[onward].last - 1].low == "from":  # "three blocks up from the bank"
-                _as(chunks, onward, "cue", Cue("near"))
+        way = _kind(chunks, onward) == "cue" and chunks[onward].value.relation in ("up", "down")
+        if way and words[chunks[onward].last - 1].low == "from":  # "three blocks up from the bank"
+            _as(chunks, onward, "cue", Cue("near"))
         if not _is_ordinal(words[chunk.first].low):
             continue
         lead = i - 1
@@ -303,7 +304,13 @@ def _facing_away(chunks: Items, words: Sequence[Word]) -> None:
         if away and chunk.value.relation == "towards" and chunks[i + 1].value.negated:
             _as(chunks, i, "skip")
             _as(chunks, i + 1, "none")
-        turned = _said(chunks, words, i - 1) in ("pointing", "looking", "turned", "faces", "pointed")
+        turned = _said(chunks, words, i - 1) in (
+            "pointing",
+            "looking",
+            "turned",
+            "faces",
+            "pointed",
+        )
         if chunk.kind == "cue" and turned and words[chunk.first].low == "away":
             _as(chunks, i, "none")
 
@@ -323,8 +330,8 @@ def _clock_turned(chunks: Items, words: Sequence[Word]) -> None:
 
 
 _RULES: tuple[Callable[[Items, Sequence[Word]], None], ...] = (
-    _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away, _ways,
-    _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
+    _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away,
+    _ways, _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
 )  # fmt: skip
 
 
@@ -349,10 +356,13 @@ def _crossings_without_words(
             lead = _past_back(chunks, first - 1)
             after = _past(chunks, second + 1, "place", "none")
             bare = _kind(chunks, lead) in ("end", "stop", "figure") or (
-                _kind(chunks, lead) == "comma" and _kind(chunks, lead - 1) in ("figure", "be", "end")
+                _kind(chunks, lead) == "comma"
+                and _kind(chunks, lead - 1) in ("figure", "be", "end")
             )
             if bare and _kind(chunks, after) in ("end", "stop", "comma"):
-                read.insert(len(read) - (i - first), Chunk("junction", chunk.first, chunk.last, "&"))
+                read.insert(
+                    len(read) - (i - first), Chunk("junction", chunk.first, chunk.last, "&")
+                )
         read.append(chunk)
     return read
 
@@ -367,5 +377,3 @@ def _street_before(chunks: Items, at: int, streets: Collection[int]) -> int:
 
 def _is_street(chunks: Items, at: int, streets: Collection[int]) -> bool:
     return _kind(chunks, at) == "landmark" and chunks[at].value.candidates[0] in streets
-
-

@@ -79,7 +79,9 @@ _SIZES = frozenset(("full", "whole", "short", "long", "city", "little", "small",
 _DOTTED = frozenset(("m", "ft", "yd", "yds", "km", "min", "mins", "mi"))
 _MINUTES = frozenset(("minute", "minutes", "minute's", "min", "mins", "minutes'"))
 _WALKS = frozenset(("walk", "stroll", "walking", "foot", "away", "from", "on", "by"))
-_ALONG = frozenset(("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back"))
+_ALONG = frozenset(
+    ("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back")
+)
 _ONWARD = frozenset(("from", "past", "after", "before", "beyond"))
 _NSEW = frozenset("nsew")
 _ENDS = frozenset(("left", "right", "end", "top", "bottom", "back", "front", "middle", "outside"))
@@ -197,7 +199,12 @@ def read_ordinal_distance(norms: Sequence[str], i: int) -> tuple[Distance, int] 
 def _ordinal(norm: str) -> float | None:
     """Return the number of "third" or "3rd", None for another word or one beyond twenty."""
     norm = lexicon().ordinals.get(norm, norm)
-    if len(norm) < 5 and norm[:-2].isdecimal() and norm.isascii() and norm[-2:] in ("st", "nd", "rd", "th"):
+    if (
+        len(norm) < 5
+        and norm[:-2].isdecimal()
+        and norm.isascii()
+        and norm[-2:] in ("st", "nd", "rd", "th")
+    ):
         return float(norm[:-2]) if int(norm[:-2]) <= 20 else None
     return None
 
@@ -292,10 +299,10 @@ def _count(words: Sequence[Word], norms: Sequence[str], at: int) -> _Count | Non
         at += 1
     tens = said in known and 20 <= value < 100
     joint = at + 1 if norms[at : at + 1] == ["-"] else at
-    if tens and norms[joint : joint + 1] and 1 <= known.get(norms[joint], 0) < 10:
-        if norms[joint] not in ("a", "an", *_SOME):
-            low = high = value + known[norms[joint]]
-            at = joint + 1
+    ones = norms[joint] if joint < len(norms) and norms[joint] not in ("a", "an", *_SOME) else ""
+    if tens and 1 <= known.get(ones, 0) < 10:
+        low = high = value + known[ones]
+        at = joint + 1
     if norms[at : at + 1] == ["hundred"]:
         low, high, at = low * 100, high * 100, at + 1
     if said == "hundred" or norms[at - 1] == "hundred":
@@ -365,7 +372,14 @@ def _walked(norms: Sequence[str], at: int) -> tuple[float, float, int] | None:
         at += 1
     if norms[at : at + 1] and norms[at] in _WALKS:
         last = at
-        while last < len(norms) and norms[last] in ("walk", "stroll", "on", "by", "foot", "walking"):
+        while last < len(norms) and norms[last] in (
+            "walk",
+            "stroll",
+            "on",
+            "by",
+            "foot",
+            "walking",
+        ):
             last += 1
         return WALKED_IN_A_MINUTE_M, _WALKED, last
     return None

@@ -16,7 +16,7 @@ _MOST_GROUNDS = 6
 _MOST_PARTS = 8
 _PARTS = ("part", "junction", "skip", "none", "dir")
 _JOINING = ("between", "on", "at", "in")
-_JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately")
+_JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately", "touch", "tad")
 _CONTACT = ("at", "on", "in")
 _OTHER_SIDE = ("across", "beside", "beyond")
 _OPEN_WAYS = ("street", "service", "pedestrian")
@@ -84,7 +84,7 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
     start = at
     distance: Distance | None = None
     at = reader.past(at, "skip")
-    just = at > start and reader.norms[reader.chunks[at - 1].first] in _JUST
+    just = at > 0 and reader.norms[reader.chunks[at - 1].last - 1] in _JUST
     if reader.kind(at) == "distance":
         distance = reader.chunks[at].value
         at = reader.past(at + 1, "skip")
@@ -151,9 +151,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     return _simple(reader, at, at + 1, cue.relation, cue.negated)
 
 
-def _away_from(
-    reader: GroundReader, at: int, first: int
-) -> tuple[RelationPhrase, int] | None:
+def _away_from(reader: GroundReader, at: int, first: int) -> tuple[RelationPhrase, int] | None:
     """Read "(20 m) from X", "(the second car) from the corner of A and B"."""
     onward = _past_leads(reader, at + 1)
     if reader.kind(onward) != "junction":
@@ -174,13 +172,13 @@ def _clock(reader: GroundReader, at: int, first: int) -> tuple[RelationPhrase, i
         if got is not None:
             ground, after = got
             return RelationPhrase((direction,), (ground,), span, ground.last), after
-    seen_from = _looked_from(reader, at, first)
+    seen_from = _looked_from(reader, at)
     if seen_from is None:
         return RelationPhrase((), (), span, span[1]), at + 1
     return RelationPhrase((direction,), (seen_from,), span, span[1]), at + 1
 
 
-def _looked_from(reader: GroundReader, at: int, first: int) -> Ground | None:
+def _looked_from(reader: GroundReader, at: int) -> Ground | None:
     """Return the place of "from X, ... at three o'clock", or of "X is the centre of a clock"."""
     back = at - 1
     while back >= 0 and reader.kind(back) in ("det", "skip", "none", "cue"):
@@ -286,8 +284,14 @@ def _other_side(
         return got if got is not None and got[0].kind in ("landmark", "figure", "robot") else None
     if not sided:
         return None
-    start = next((k for k in range(after, max(0, after - _LOOKS_BACK), -1)
-                  if k < len(reader.chunks) and reader.chunks[k].first <= first), after)
+    start = next(
+        (
+            k
+            for k in range(after, max(0, after - _LOOKS_BACK), -1)
+            if k < len(reader.chunks) and reader.chunks[k].first <= first
+        ),
+        after,
+    )
     for k in range(start - 1, max(-1, start - _LOOKS_BACK), -1):  # "from B, it is on ... of A"
         if reader.kind(k) == "stop":
             return None
