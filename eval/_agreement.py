@@ -75,7 +75,7 @@ def agreement(
         for a, b in _pairs(first[key], second.get(key, ()))
         if not (required and (a.optional or b.optional))
     ]
-    classes = dict.fromkeys(e.ground_class for e in (*left, *right) if e.ground_class)
+    classes: set[str] = {e.ground_class for e in (*left, *right) if e.ground_class}
     found = {
         name: Agreement(
             sum(e.ground_class == name for e in left),

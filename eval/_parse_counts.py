@@ -143,7 +143,7 @@ def _count_unread(
 
 def _status_rates(counters: Mapping[str, Counter[str]]) -> dict[str, dict[str, float]]:
     read = {name: _rates(counters[name]) for name in READ_STATUSES if name in counters}
-    unread = {
+    unread: dict[str, dict[str, float]] = {
         name: {"n": counter["gold"], "read": counter["true"]}
         for name, counter in sorted(counters.items())
         if name not in READ_STATUSES

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
-from sloop_ppl.language.chunks import Chunk
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.words import Word
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
+from itertools import pairwise
 
 from sloop_ppl.language.relations import RELATIONS
 from sloop_ppl.language.values import SPEAKER, Reading, SpatialRelation
@@ -84,9 +85,7 @@ class PhraseContext:
 def phrase_features(relation: SpatialRelation, context: PhraseContext) -> tuple[float, ...]:
     """Return the features of one relation, in the order of `FEATURES`."""
     record = RELATIONS[relation.relation]
-    top = min(
-        max(c.probability for c in relation.slot(i)) for i in range(len(relation.grounds))
-    )
+    top = min(max(c.probability for c in relation.slot(i)) for i in range(len(relation.grounds)))
     spans = relation.spans
     between = 0 if spans is None else max(0, spans.relation[0] - spans.figure[1])
     inverted = spans is not None and spans.relation[0] < spans.figure[0]
@@ -139,16 +138,19 @@ def readings_of(
     --------
     >>> near = SpatialRelation("RedBike", "near", ("Ivy",))
     >>> behind = SpatialRelation("RedBike", "behind", ("Rumor",))
-    >>> [(round(r.probability, 2), len(r.relations)) for r in readings_of([near, behind], [.9, .7])]
+    >>> [
+    ...     (round(r.probability, 2), len(r.relations))
+    ...     for r in readings_of([near, behind], [0.9, 0.7])
+    ... ]
     [(0.7, 2), (0.2, 1), (0.1, 0)]
     """
     if not relations:
         return (Reading(1.0),)
     levels: list[list[float]] = [[q] for q in sorted(probabilities, reverse=True)]
     while len(levels) > _MOST_READINGS - 1 or any(
-        _mean(a) - _mean(b) < _LEAST_APART for a, b in zip(levels, levels[1:], strict=False)
+        _mean(a) - _mean(b) < _LEAST_APART for a, b in pairwise(levels)
     ):
-        gaps = [_mean(a) - _mean(b) for a, b in zip(levels, levels[1:], strict=False)]
+        gaps = [_mean(a) - _mean(b) for a, b in pairwise(levels)]
         k = gaps.index(min(gaps))
         levels[k : k + 2] = [levels[k] + levels[k + 1]]
     level_of = {q: k for k, level in enumerate(levels) for q in level}
@@ -159,9 +161,7 @@ def readings_of(
     )
     found: list[Reading] = []
     for k, (mean, after) in enumerate(zip(means, (*means[1:], 0.0), strict=True)):
-        inside = tuple(
-            r for r, q in zip(kept, probabilities, strict=True) if level_of[q] <= k
-        )
+        inside = tuple(r for r, q in zip(kept, probabilities, strict=True) if level_of[q] <= k)
         found.append(Reading(mean - after, inside))
     found.reverse()  # all phrases first
     return (*sorted(found, key=lambda r: -r.probability), Reading(1.0 - means[0]))

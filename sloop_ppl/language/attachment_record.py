@@ -194,6 +194,7 @@ class AttachmentRecord:
         if ground.kind != "figure":
             return ground
         found = tuple(i for i in self.figures.known(ground.ids) if i not in ids)
+        self.figures.referred_to(found)
         return replace(ground, kind="figure" if found else "unknown", ids=found)
 
     def _respectively(self) -> None:

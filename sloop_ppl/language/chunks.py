@@ -13,7 +13,7 @@ from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.name_index import canonical
 from sloop_ppl.language.words import Word
 
-__all__ = ["Chunk", "Cue", "place_phrases", "read_chunks"]
+__all__ = ["Chunk", "Cue", "read_chunks"]
 
 _STOPS = frozenset(".;!?。؟")
 _COMMAS = frozenset(',:()[]—–-"“”|/')
@@ -39,23 +39,6 @@ _KIND_OF_CLASS = {
     "parts": "part", "junctions": "junction", "pronouns": "pronoun", "plural_pronouns": "plural",
     "subjects": "subject",
 }  # fmt: skip
-
-
-def place_phrases(norms: Sequence[str], taken: Sequence[bool]) -> list[Chunk]:
-    """Return the kinds of places that are said ("the parking garage"), longest first."""
-    places, firsts = lexicon().place_phrases, lexicon().longest_places
-    found: list[Chunk] = []
-    i = 0
-    while i < len(norms):
-        step = 1
-        for n in range(min(firsts.get(norms[i], 0), len(norms) - i), 0, -1):
-            words = tuple(norms[i : i + n])
-            if words in places and not any(taken[i : i + n]):
-                found.append(Chunk("place", i, i + n, places[words]))
-                step = n
-                break
-        i += step
-    return found
 
 
 def read_chunks(

@@ -72,6 +72,11 @@ class Figures:
         if ids:
             self._last = ids
 
+    def referred_to(self, ids: tuple[str, ...]) -> None:
+        """Remember that these objects were named, though not as the subject."""
+        for one in ids:
+            self.order.setdefault(one, 0)
+
     def infer(self, target: TargetObject) -> None:
         """Add an object that was not declared."""
         self.inferred.setdefault(target.id, target)

@@ -209,7 +209,8 @@ def _named_tokens(city: CityMap) -> dict[tuple[int, tuple[str, ...]], tuple[str,
         symbol = landmark.id.rsplit("/", 1)[-1]
         if landmark.name and symbol.isalpha():
             spelt, said = _tokens(" ".join(camel_words(symbol)))
-            if "".join(spelt) not in own:
+            part = set(spelt) < set(_tokens(landmark.name)[0])
+            if "".join(spelt) not in own and not part:
                 named.setdefault((i, spelt), said)
     return {key: said for key, said in named.items() if key[1]}
 

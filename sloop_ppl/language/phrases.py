@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from sloop_ppl.language.distances import JUST_PAST
-from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.grounds import Ground, GroundReader, is_certain
 from sloop_ppl.language.items import Cue
 from sloop_ppl.language.relations import RELATIONS
 from sloop_ppl.language.values import Distance
@@ -140,7 +140,7 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     ahead = reader.kind(onward)
     if ahead == "robot" and reader.kind(_past_leads(reader, onward + 1)) == "dir":
         ahead, onward = "dir", _past_leads(reader, onward + 1)
-    if ahead == "dir":
+    if ahead == "dir" and not reader.selects(onward):
         return _direction(reader, onward, first, cue)
     if ahead == "clock":
         return _clock(reader, onward, first)
@@ -238,7 +238,8 @@ def _simple(
     if got is None:
         return RelationPhrase((relation,), (), cue, chunk.last, negated=negated), onward
     ground, after = got
-    if ground.kind == "unknown" and relation == "across" and reader.kind(after - 1) == "place":
+    vague = ground.kind == "unknown" or not is_certain(ground)
+    if vague and relation == "across" and reader.kind(after - 1) == "place":
         return RelationPhrase((relation,), (), cue, ground.last, negated=negated), after
     if ground.kind == "map" and relation in _CONTACT:  # "on the map" says nothing of where
         return RelationPhrase((), (), cue, ground.last), after

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from sloop_ppl.language._assertion import assertions
 from sloop_ppl.language._confidence import (
@@ -14,12 +15,14 @@ from sloop_ppl.language._confidence import (
     readings_of,
 )
 from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
+from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
-from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
+from sloop_ppl.language.chunks import read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
@@ -36,6 +39,7 @@ from sloop_ppl.language.values import (
     TargetObject,
     Unresolved,
 )
+from sloop_ppl.language.word_roles import find_roles
 from sloop_ppl.language.words import Word, split_words
 from sloop_ppl.maps import CityMap
 
@@ -110,7 +114,7 @@ def find_figures(state: TextReading) -> None:
         w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
-    kinds = place_phrases(state.norms, taken)
+    kinds = find_places(state.norms, taken, find_roles(state.words), vocabulary)
     for kind in kinds:
         if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
@@ -162,6 +166,13 @@ def relate(state: TextReading) -> None:
     asserted = assertions(state.words, state.chunks)
     state.reading = attach(reader, figures, asserted)
     located = {f for one in state.reading.attached for f in one.figures}
+    located |= {
+        i
+        for a in state.reading.attached
+        for g in a.phrase.grounds
+        if g.kind == "figure"
+        for i in g.ids
+    }
     inferred = {t.id for t in state.inferred}
     state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
@@ -288,11 +299,25 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
             ),
             each=phrase.each,
             either=one.either,
+            **_referents(grounds, phrase.each),
         )
         for figure in one.figures
         for relation in phrase.relations
         for grounds in groups
     ]
+
+
+def _referents(grounds: Sequence[Ground], each: bool) -> dict[str, Any]:
+    """Return the candidates and mentions of a relation's grounds, unless all are certain."""
+    slots = tuple(GroundReader.slot(g) for g in grounds)
+    if each or all(len(slot) == 1 and slot[0].ground is not None for slot in slots):
+        return {}
+    return {"candidates": slots, "mentions": tuple(_number(g) for g in grounds)}
+
+
+def _number(ground: Ground) -> int:
+    """Return the number of a ground's mention; one of its own where none was given."""
+    return ground.mention if ground.mention >= 0 else ground.first
 
 
 def _is_choice(state: TextReading, one: Attached) -> bool:
@@ -317,7 +342,7 @@ def _unresolved(
         if ground.last <= ground.first:
             continue
         span = _chars(state.words, ground.first, ground.last)
-        candidates = ground.candidates
+        candidates = ground.nearest
         if not candidates and ground.kind == "unknown":
             candidates = nearest_landmarks(state.text[slice(*span)], state.places.index)
         found[span] = Unresolved(state.text[slice(*span)], span, candidates)

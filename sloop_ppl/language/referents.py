@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 from sloop_ppl.language.values import NOT_ON_MAP, Candidate
 
 __all__ = ["NONE_OF_KIND", "candidates_of", "of_a_kind", "referents"]
+
+Place = TypeVar("Place", int, str)
 
 NONE_OF_KIND = 0.15
 """Share of "none on this map" where only a kind was said ("a bank") and the map has some.
@@ -57,21 +60,21 @@ def referents(coverages: Mapping[int, float]) -> tuple[tuple[int, float], ...]:
 
 
 def of_a_kind(
-    weights: Mapping[int, float], none: float = NONE_OF_KIND
-) -> tuple[tuple[int, float], ...]:
+    weights: Mapping[Place, float], none: float = NONE_OF_KIND
+) -> tuple[tuple[Place, float], ...]:
     """Return how probable each landmark of a kind is, in proportion to its weight.
 
     Parameters
     ----------
     weights
-        Position -> weight, >= 0, not all 0.
+        Id or position -> weight, >= 0, not all 0.
     none
         Share of places that are not on the map.
     """
     return _shares(weights, 1 - none)
 
 
-def _shares(weights: Mapping[int, float], known: float) -> tuple[tuple[int, float], ...]:
+def _shares(weights: Mapping[Place, float], known: float) -> tuple[tuple[Place, float], ...]:
     total = sum(weights.values())
     shares = [(i, known * w / total) for i, w in weights.items() if w > 0]
     return tuple(sorted(shares, key=lambda share: -share[1]))

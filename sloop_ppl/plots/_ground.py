@@ -71,7 +71,11 @@ def draw_shape(
 
     path = shape_path(geometry)
     if np.size(path.vertices):
-        colours = {"facecolor": face, "edgecolor": edge, "linewidth": points * stroke(ax)}
+        colours: dict[str, Any] = {
+            "facecolor": face,
+            "edgecolor": edge,
+            "linewidth": points * stroke(ax),
+        }
         ax.add_artist(PathPatch(path, zorder=zorder, **colours, **style))
 
 

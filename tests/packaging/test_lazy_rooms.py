@@ -1,9 +1,10 @@
 """Rooms whose names load on first use: each is there, and is what its home defines."""
 
+import ast
 from importlib import import_module
 
 import pytest
-from support.tree import ROOTS
+from support.tree import ROOT, ROOTS
 
 ROOMS = ("bridge", "eval", "inference", "language", "models", "planning")
 
@@ -36,3 +37,13 @@ def test_modules_without_public_names_start_with_an_underscore(room):
     plain = {path.stem for path in folder.glob("*.py") if not path.stem.startswith("_")}
     # `python -m sloop_ppl.inference.calibration` is a command of the docs.
     assert plain - homes == ({"calibration"} if room == "inference" else set())
+
+
+@pytest.mark.parametrize("room", ["bridge", "cli", "maps", "maps.osm", "plots"])
+def test_modules_that_the_room_does_not_import_start_with_an_underscore(room):
+    folder = ROOT.joinpath("sloop_ppl", *room.split("."))
+    tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    homes = {node.module.rpartition(".")[2] for node in imports}
+    plain = {path.stem for path in folder.glob("*.py") if not path.stem.startswith("_")}
+    assert plain <= homes

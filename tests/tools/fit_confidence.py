@@ -30,7 +30,9 @@ def fit(x, y, weights):
 
     def loss(beta):
         score = beta[0] + x @ beta[1:]
-        return np.sum(weights * (np.logaddexp(0, score) - y * score)) + RIDGE / 2 * np.sum(beta[1:] ** 2)
+        return np.sum(weights * (np.logaddexp(0, score) - y * score)) + RIDGE / 2 * np.sum(
+            beta[1:] ** 2
+        )
 
     def slope(beta):
         error = weights * (1 / (1 + np.exp(-(beta[0] + x @ beta[1:]))) - y)
@@ -61,13 +63,19 @@ def read(files, maps, annotations):
             kept = line.read.relations
             order = {(r.figure, r.relation, r.grounds, r.negated): k for k, r in enumerate(kept)}
             for relation, features in zip(everything, state.features, strict=True):
-                k = order.get((relation.figure, relation.relation, relation.grounds, relation.negated))
+                k = order.get(
+                    (relation.figure, relation.relation, relation.grounds, relation.negated)
+                )
                 if k is None:
                     continue
                 rows.append(features)
                 right.append(k not in wrong)
                 lines.append(f"{path}:{one.id}")
-                sets.append(one.map if "/" not in one.map and len(one.map) < 20 and "rvs" not in one.map else str(path))
+                sets.append(
+                    one.map
+                    if "/" not in one.map and len(one.map) < 20 and "rvs" not in one.map
+                    else str(path)
+                )
     return np.array(rows), np.array(right, float), lines, np.array(sets)
 
 
@@ -99,7 +107,12 @@ def main():
     print(json.dumps(named, indent=1))
     if given.write:
         about = "Weights of the logistic regression for the confidence of a phrase; see fit_confidence.py."
-        data = {"about": about, "n": len(y), "intercept": round(float(beta[0]), 4), "weights": named}
+        data = {
+            "about": about,
+            "n": len(y),
+            "intercept": round(float(beta[0]), 4),
+            "weights": named,
+        }
         WEIGHTS.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
 
 
