@@ -18,6 +18,7 @@ _PARTS = ("part", "junction", "skip", "none", "dir")
 _JOINING = ("between", "on", "at", "in")
 _JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately", "touch", "tad")
 _CONTACT = ("at", "on", "in")
+_ONWARD = ("above", "up", "down", "along")
 _OTHER_SIDE = ("across", "beside", "beyond")
 _OPEN_WAYS = ("street", "service", "pedestrian")
 _CLOCK_WORDS = ("position", "direction", "mark", "relative", "relation", "respect", "with", "side")
@@ -108,6 +109,8 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
         contact = all(RELATIONS[r].relation_class == "contact" for r in phrase.relations)
         phrase = replace(phrase, cue=(reader.chunks[start].first, phrase.cue[1]))
         phrase = replace(phrase, negated=phrase.negated != away)
+        if not phrase.grounds and cue is not None and cue.relation in _ONWARD:
+            phrase = replace(phrase, relations=())  # "one block over" from who knows where
         return (phrase if contact else replace(phrase, distance=distance)), after
     if cue is not None and cue.distance is not None:
         phrase = replace(phrase, distance=cue.distance)

@@ -164,7 +164,7 @@ _ENGLISH: dict[str, Relation] = {
         forms=("on", "onto", "upon", "on top of", "up top of", "atop", "on the top of"),
     ),
     "at": Relation(
-        "contact", forms=("at", "@"), denied_forms=("gone from", "missing from", "absent from"),
+        "contact", forms=("at", "@"), denied_forms=("absent from",),
         speakable=True,
     ),
     "in": Relation("contact", forms=("in", "into")),
@@ -232,7 +232,11 @@ _ENGLISH: dict[str, Relation] = {
     ),
     "outside": Relation("proximity", forms=("outside", "outside of"), bare=True),
     "towards": Relation("proximity", forms=("towards", "toward", "facing", "in the direction of")),
-    "against": Relation("proximity", forms=("against", "up against", "leaning on", "propped on")),
+    "against": Relation(
+        "proximity",
+        forms=("against", "up against", "leaning on", "leans on", "leaned on", "leant on",
+            "propped on"),
+    ),
     "off": Relation("proximity", forms=("off", "off of")),
     "beyond": Relation(
         "proximity",

@@ -63,3 +63,7 @@ def test_a_denied_bound_is_still_a_bound():
     (relation,) = parse("The red bike is not within 50 m of Ivy.", city("cleveland")).relations
     assert relation.negated
     assert relation.distance == Distance(0, 50)
+
+
+def test_how_far_over_from_nowhere_says_nothing():
+    assert not parse("It's one block over.", city("cleveland")).relations
