@@ -19,6 +19,7 @@ from sloop_ppl.language.words import Word
 __all__ = ["Objects", "find_objects", "find_speaker", "own_cars"]
 
 _LONGEST_PHRASE = 5
+_LEADS_TO_PLACES = frozenset(("no", "less", "more", "where", "about", "around", "exactly"))
 _LOOK_AHEAD = 8  # words between "we" and what says where: "we are all still sitting right"
 _CLAUSE_MARKS = frozenset(".;!?:,()[]-–—\n")
 
@@ -95,9 +96,11 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
     for k in range(at, min(at + _LOOK_AHEAD, len(norms))):
         if taken[k]:
             return be and k > at
-        norm = norms[k]
+        norm = known.short.get(norms[k], norms[k])
         starts = (
-            norm in known.longest_cues or norm in known.directions or norm in known.numbers
+            norm in _LEADS_TO_PLACES
+            or known.alike.get(norm, norm) in known.longest_cues
+            or norm in known.directions or norm in known.numbers
             or norm.isdigit() or norm in ("nowhere", "near")
         )  # fmt: skip
         if be and starts and (norm not in states or _cue_at(norms, k, known)):

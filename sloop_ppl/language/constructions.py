@@ -37,6 +37,8 @@ _STRAY = frozenset(
      "above", "inside", "outside", "beyond", "around", "adjacent", "against", "towards")
 )  # fmt: skip
 _ORDINALS = ("st", "nd", "rd", "th")
+_DIALS = frozenset(("clock", "dial", "clockface", "watch"))
+_TURNED = frozenset(("pointing", "looking", "turned", "faces", "pointed"))
 _NEVER_ALONE = frozenset(("near", "front", "next", "beside", "opposite"))
 _STRAYS = ("of", "to", "from")
 _FAR = 12
@@ -258,9 +260,9 @@ def _measured_order(chunks: Items, words: Sequence[Word]) -> None:
         if said in ("after", "before"):
             _as(chunks, i + 1, "cue", Cue("beyond" if said == "after" else "near"))
         onward = _past(chunks, i + 1, "skip")
-        if _kind(chunks, onward) == "cue" and chunks[onward].value.relation in ("up", "down"):
-            if words[chunks[onward].last - 1].low == "from":  # "three blocks up from the bank"
-                _as(chunks, onward, "cue", Cue("near"))
+        way = _kind(chunks, onward) == "cue" and chunks[onward].value.relation in ("up", "down")
+        if way and words[chunks[onward].last - 1].low == "from":  # "three blocks up from the bank"
+            _as(chunks, onward, "cue", Cue("near"))
         if not _is_ordinal(words[chunk.first].low):
             continue
         lead = i - 1
@@ -317,6 +319,8 @@ def _facing_away(chunks: Items, words: Sequence[Word]) -> None:
 def _clock_turned(chunks: Items, words: Sequence[Word]) -> None:
     """Leave hours alone where twelve is said to point elsewhere than north."""
     hours = [i for i, chunk in enumerate(chunks) if chunk.kind == "clock"]
+    if hours:
+        _no_dial(chunks, words)
     for i in hours:
         onward = _past(chunks, i + 1, "be", "skip", "det", "word")
         if chunks[i].value != "north" or onward == i + 1 or _kind(chunks, onward) != "dir":
@@ -325,12 +329,25 @@ def _clock_turned(chunks: Items, words: Sequence[Word]) -> None:
             for k in hours:
                 _as(chunks, k, "none")
             return
-    del words
+
+
+def _no_dial(chunks: Items, words: Sequence[Word]) -> None:
+    """Pass over "(is) the centre of a clock face", which is no place, where hours are said."""
+    for i, chunk in enumerate(chunks):
+        if chunk.kind not in ("word", "place") or _said(chunks, words, i) not in _DIALS:
+            continue
+        _as(chunks, i, "none")
+        if _said(chunks, words, i + 1) == "face":
+            _as(chunks, i + 1, "none")
+        for k in range(i - 1, max(-1, i - _FAR // 2), -1):
+            if chunks[k].kind not in ("det", "of", "skip", "dir", "cue"):
+                break
+            _as(chunks, k, "skip")
 
 
 _RULES: tuple[Callable[[Items, Sequence[Word]], None], ...] = (
-    _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away, _ways,
-    _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
+    _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away,
+    _ways, _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
 )  # fmt: skip
 
 

@@ -299,10 +299,10 @@ def _count(words: Sequence[Word], norms: Sequence[str], at: int) -> _Count | Non
         at += 1
     tens = said in known and 20 <= value < 100
     joint = at + 1 if norms[at : at + 1] == ["-"] else at
-    if tens and norms[joint : joint + 1] and 1 <= known.get(norms[joint], 0) < 10:
-        if norms[joint] not in ("a", "an", *_SOME):
-            low = high = value + known[norms[joint]]
-            at = joint + 1
+    ones = norms[joint] if joint < len(norms) and norms[joint] not in ("a", "an", *_SOME) else ""
+    if tens and 1 <= known.get(ones, 0) < 10:
+        low = high = value + known[ones]
+        at = joint + 1
     if norms[at : at + 1] == ["hundred"]:
         low, high, at = low * 100, high * 100, at + 1
     if said == "hundred" or norms[at - 1] == "hundred":

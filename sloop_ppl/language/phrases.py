@@ -16,8 +16,9 @@ _MOST_GROUNDS = 6
 _MOST_PARTS = 8
 _PARTS = ("part", "junction", "skip", "none", "dir")
 _JOINING = ("between", "on", "at", "in")
-_JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately")
+_JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately", "touch", "tad")
 _CONTACT = ("at", "on", "in")
+_ONWARD = ("above", "up", "down", "along")
 _OTHER_SIDE = ("across", "beside", "beyond")
 _OPEN_WAYS = ("street", "service", "pedestrian")
 _CLOCK_WORDS = ("position", "direction", "mark", "relative", "relation", "respect", "with", "side")
@@ -84,7 +85,7 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
     start = at
     distance: Distance | None = None
     at = reader.past(at, "skip")
-    just = at > start and reader.norms[reader.chunks[at - 1].first] in _JUST
+    just = at > 0 and reader.norms[reader.chunks[at - 1].last - 1] in _JUST
     if reader.kind(at) == "distance":
         distance = reader.chunks[at].value
         at = reader.past(at + 1, "skip")
@@ -108,6 +109,8 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
         contact = all(RELATIONS[r].relation_class == "contact" for r in phrase.relations)
         phrase = replace(phrase, cue=(reader.chunks[start].first, phrase.cue[1]))
         phrase = replace(phrase, negated=phrase.negated != away)
+        if not phrase.grounds and cue is not None and cue.relation in _ONWARD:
+            phrase = replace(phrase, relations=())  # "one block over" from who knows where
         return (phrase if contact else replace(phrase, distance=distance)), after
     if cue is not None and cue.distance is not None:
         phrase = replace(phrase, distance=cue.distance)
@@ -172,13 +175,13 @@ def _clock(reader: GroundReader, at: int, first: int) -> tuple[RelationPhrase, i
         if got is not None:
             ground, after = got
             return RelationPhrase((direction,), (ground,), span, ground.last), after
-    seen_from = _looked_from(reader, at, first)
+    seen_from = _looked_from(reader, at)
     if seen_from is None:
         return RelationPhrase((), (), span, span[1]), at + 1
     return RelationPhrase((direction,), (seen_from,), span, span[1]), at + 1
 
 
-def _looked_from(reader: GroundReader, at: int, first: int) -> Ground | None:
+def _looked_from(reader: GroundReader, at: int) -> Ground | None:
     """Return the place of "from X, ... at three o'clock", or of "X is the centre of a clock"."""
     back = at - 1
     while back >= 0 and reader.kind(back) in ("det", "skip", "none", "cue"):
