@@ -585,7 +585,7 @@ class _Walk:
         near = clause.seen and at - clause.seen_at < 4
         places = clause.subject or (clause.seen if near else ())
         about = self._spoken_of(phrase) if places and not phrase.grounds else None
-        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+        if about is not None and not clause.route:  # "Rumor is to the north", "you'll see Rumor to the north"
             self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
@@ -640,6 +640,8 @@ class _Walk:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, relations = self.clause, phrase.relations
         given = [a for a in self.record.recent() if a.figures == clause.figures]
+        if clause.figures == (SPEAKER,) and not (clause.named or given):
+            return None  # "... is to the north": of who speaks, and what is there was not read
         last_ground = self.reader.last_ground()
         record = RELATIONS[relations[0]]
         sided = record.converse is not None or record.part or len(relations) > 1
