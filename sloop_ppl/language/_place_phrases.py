@@ -71,8 +71,10 @@ def _expected(norms: Sequence[str], at: int, roles: Roles) -> bool:
     """Whether a place is expected at a word, or at the words that describe it."""
     known = lexicon()
     first = at
-    while first > 0 and at - first < 3 and (
-        norms[first - 1] in _DESCRIBING or norms[first - 1] in known.colours
+    while (
+        first > 0
+        and at - first < 3
+        and (norms[first - 1] in _DESCRIBING or norms[first - 1] in known.colours)
     ):
         first -= 1
     return roles.placed[first] or roles.placed[at]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
 from sloop_ppl.language.chunks import Chunk
 from sloop_ppl.language.figures import FigureMention
 from sloop_ppl.language.linking import LandmarkMention
-from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
 from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.place_index import KindFit, PlaceIndex
 from sloop_ppl.language.referents import NONE_OF_KIND, candidates_of, of_a_kind
@@ -31,7 +31,7 @@ _ANYTHING = ("building", "street")
 _AT_LARGE = {"a", "an", "any"}
 _INTO = ("of", "to", "houses", "from")
 _ONE = ("one", "ones")
-_ENDS_OF_NAMES = ("ern", "ernmost", "most", "erly")
+_SELECTING = ("ern", "most")
 _MOST_OF_KIND = 60
 """Places of a kind beyond which it tells nothing: one of hundreds of buildings is anywhere."""
 
@@ -45,8 +45,9 @@ _BY_CHANCE = 0.1
 _KNOWN_TO_BOTH = 0.3
 """Share of the place that contains one not on the map: "the bench in the park" is at the park."""
 
-_OPEN_KINDS = frozenset(("parking lot", "alley", "street", "park", "square", "water", "service road",
-                         "playground", "service"))  # fmt: skip
+_OPEN_KINDS = frozenset(
+    ("parking lot", "alley", "street", "park", "square", "water", "service road", "playground")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,7 +310,8 @@ class GroundReader:
             candidates=candidates_of(shares),
             mention=ground.first,
         )
-        ground, after = self._narrowed(ground, after, restricts=not clear)
+        tied = len(shares) > 1 and shares[1][1] >= shares[0][1]
+        ground, after = self._narrowed(ground, after, restricts=tied)
         if shares:
             self.grounds.append(ground)
         return ground, after
@@ -341,7 +343,7 @@ class GroundReader:
         if self.kind(at) not in ("dir", "word") or self.kind(at + 1) not in ("landmark", "place"):
             return ""
         low = self.norms[self.chunks[at].last - 1]
-        if not low.endswith(_ENDS_OF_NAMES) or self.chunks[at].last - self.chunks[at].first > 1:
+        if not low.endswith(_SELECTING) or self.chunks[at].last - self.chunks[at].first > 1:
             return ""
         if self.kind(at) == "dir":
             return str(self.chunks[at].value[-1])

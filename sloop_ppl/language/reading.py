@@ -15,9 +15,9 @@ from sloop_ppl.language._confidence import (
     readings_of,
 )
 from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
+from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
-from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.chunks import Chunk, read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
