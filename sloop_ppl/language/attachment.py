@@ -20,6 +20,7 @@ __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_PASSED = {"up", "down", "along", "beyond", "towards", "around", "across"}
 _NEW = ("a", "an", "another", "one", "some")
 _PARTS = frozenset((",", ".", ";", "or", "and", "but"))
 _RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
@@ -34,6 +35,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    moving: bool = False  # the figure moves: where it passes is not where it is
     seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     seen_at: int = 0  # the item that names it
     topic: Ground | None = None  # a landmark that no cue precedes
@@ -80,6 +82,7 @@ class _Walk:
         self.correcting = 0  # sentences for which a correction still waits for what is right
         self.own_kind = ""  # head of the kind of place that who speaks is at: "the bench"
         self.named_at: dict[str, int] = {}  # object -> word after its last mention
+        self.crossing: tuple[Ground, ...] = ()  # streets whose crossing was spoken of last
         self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
         self.alternative = False  # "or" stands between the last relation and the next
 
@@ -212,6 +215,13 @@ class _Walk:
         return at + 1
 
     def _on_neg(self, at: int) -> int:
+        ends = self.reader.kind(at + 1) in ("stop", "end", "comma")
+        last = self.record.attached[-1] if self.record.attached else None
+        if ends and self.clause.open and last is not None and last.figures != self.clause.figures:
+            denied = replace(last.phrase, negated=not last.phrase.negated)  # "..., mine isn't"
+            self._give(denied, self.clause.figures, self.clause.span, 0.7)
+            self.clause.open = False
+            return at + 1
         if self.reader.kind(at + 1) != "only" and self.reader.value(at + 1) != "just":
             self.clause.negated = True
         return at + 1
@@ -276,6 +286,8 @@ class _Walk:
         return at + 1
 
     def _on_route_ing(self, at: int) -> int:
+        if self.clause.named and self.reader.kind(at + 1) == "dir":
+            return at + 2  # "moving east": a way, not a side of the place named last
         if not self.clause.named:
             self.clause.route = True
         return at + 1
@@ -293,6 +305,13 @@ class _Walk:
         if self.correcting and self._replaces(ground, at):
             return at + 1
         if self._listed(ground, at):
+            return at + 1
+        before_it = (
+            self.reader.kind(before)
+            if self.reader.kind(before) != "skip"
+            else self.reader.kind(before - 1)
+        )
+        if self.alternative and before_it == "or" and self._replaces(ground, at):
             return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
@@ -433,6 +452,8 @@ class _Walk:
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
+        if word == "that's" and self.reader.kind(at + 1) == "where":
+            return at + 1
         if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.named:
             self._there(at)
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
@@ -456,8 +477,11 @@ class _Walk:
                 return
             chunk = self.reader.chunks[at]
             cue = chunk.first, chunk.last
+            crossing = self.crossing if place in self.crossing else ()
             self._give(
-                RelationPhrase(("at",), (place,), cue, chunk.last, negated=negated),
+                RelationPhrase(
+                    ("at",), crossing or (place,), cue, chunk.last, bool(crossing), negated=negated
+                ),
                 clause.figures,
                 clause.span,
                 0.7,
@@ -532,6 +556,7 @@ class _Walk:
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
+            self.clause.moving = self.clause.moving or word in lexicon().words_of("motion_verbs")
         elif not self.figures.open_ended:
             return self._on_unknown(at)
         return at + 1
@@ -576,6 +601,8 @@ class _Walk:
     def _phrase(self, phrase: RelationPhrase, after: int, at: int) -> None:
         """Decide whose relation a phrase is."""
         clause = self.clause
+        if phrase.joint:
+            self.crossing = phrase.grounds
         if not phrase.relations:
             return
         if clause.negated:
@@ -585,7 +612,9 @@ class _Walk:
         near = clause.seen and at - clause.seen_at < 4
         places = clause.subject or (clause.seen if near else ())
         about = self._spoken_of(phrase) if places and not phrase.grounds else None
-        if about is not None and not clause.route:  # "Rumor is to the north", "you'll see Rumor to the north"
+        if (
+            about is not None and not clause.route
+        ):  # "Rumor is to the north", "you'll see Rumor to the north"
             self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
@@ -598,6 +627,10 @@ class _Walk:
         if clause.aside or clause.route:
             clause.aside_used = clause.aside
             self.record.set_aside(phrase, "route" if clause.route else "other")
+            return
+        onto = self.lows[phrase.cue[0]] in ("onto", "through", "via")
+        if clause.moving and (onto or set(phrase.relations) <= _PASSED):
+            self.record.set_aside(phrase, "route")
             return
         about = phrase.grounds[0]
         clause.grounds = ()
@@ -645,6 +678,8 @@ class _Walk:
         last_ground = self.reader.last_ground()
         record = RELATIONS[relations[0]]
         sided = record.converse is not None or record.part or len(relations) > 1
+        while self.reader.value(after) in lexicon().words_of("adverbs"):
+            after += 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)

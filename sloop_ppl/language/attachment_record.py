@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from sloop_ppl.language._assertion import Assertion
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.kinds import is_kind_noun
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
@@ -208,11 +209,12 @@ class AttachmentRecord:
         return replace(ground, kind="figure" if found else "unknown", ids=found)
 
     def _names(self, ground: Ground) -> bool:
-        """Whether words are a name or a noun, no cue and no pronoun."""
-        words = [w.low for w in self.reader.words[ground.first : ground.last]]
-        known = lexicon()
-        empty = known.words_of("adverbs") | known.words_of("abstract") | frozenset(known.classes)
-        return bool(words) and words[-1] not in empty and words[-1].isalpha()
+        """Whether words are a name or a kind of place, rather than a time or a part of a place."""
+        words = self.reader.words[ground.first : ground.last]
+        if not words or not words[-1].low.isalpha():
+            return False
+        named = all(w.text[:1].isupper() for w in words if w.kind == "word")
+        return is_kind_noun(words[-1].low) or (named and words[-1].low not in lexicon().closed)
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""
