@@ -200,8 +200,35 @@ def find_objects(
     # A phrase without a role is an object where the same words have one elsewhere: "next to Tom.
     # Tom is on a bench", "in my truck".
     found += [mention for mention in waiting if mention.candidates[0] in objects]
+    found = _same_heads(norms, found, objects)
     found += [m for m in given.values() if not any(f.first <= m.first < f.last for f in found)]
     return Objects(tuple(sorted(found, key=lambda m: m.first)), tuple(objects.values()))
+
+
+def _same_heads(
+    norms: Sequence[str], found: list[FigureMention], objects: dict[str, TargetObject]
+) -> list[FigureMention]:
+    """Return mentions with "the guard" as the security guard that was spoken of before."""
+    kept: list[FigureMention] = []
+    for mention in sorted(found, key=lambda m: m.first):
+        head = _bare(norms[mention.last - 1])
+        alone = mention.last == mention.first + 1 and norms[mention.first - 1] in (
+            "the",
+            "this",
+            "that",
+        )
+        ids = [
+            m.candidates[0]
+            for m in kept
+            if m.candidates[0] in objects
+            and _bare(norms[m.last - 1]) == head
+            and m.last - m.first > 1
+        ]
+        if alone and mention.first and ids and mention.candidates[0] in objects:
+            objects.pop(mention.candidates[0], None)
+            mention = replace(mention, candidates=(ids[-1],))
+        kept.append(mention)
+    return kept
 
 
 _DEFAULT_IDS = frozenset(("GreenToyota", "RedHonda", "RedBike"))
@@ -254,6 +281,7 @@ class _ObjectFinder:
             | known.words_of("speaker")
             | known.words_of("locating_verbs")
         )
+        self.ends: frozenset[str] = frozenset()  # last words of subjects
         self._place_words = {w for phrase in known.place_phrases for w in phrase}
 
     def phrases(self, known_last: dict[int, int]) -> list[_Phrase]:
@@ -267,6 +295,7 @@ class _ObjectFinder:
             else:
                 found.append(phrase)
                 i = phrase.last
+        self.ends = frozenset(self.norms[p.last - 1] for p in found if p.role)
         for k in range(len(found) - 1, 0, -1):  # "the ladder, the hose and the axe are in ..."
             before, after = found[k - 1], found[k]
             start = after.first - bool(after.lead)
@@ -385,6 +414,8 @@ class _ObjectFinder:
             self.taken[k] and not self._compound(k) for k in range(first, last)
         ):
             return None
+        if not lead and last == first + 1 and self._participle(first):
+            return None
         begin = first
         while begin < last - 1 and self.norms[begin] in self.known.words_of("size_adjectives"):
             begin += 1
@@ -393,6 +424,12 @@ class _ObjectFinder:
             self.norms[last - 1]
         ) in self.known.words_of("kin")
         return _Phrase(begin, last, lead, role, bool(lead) or named)
+
+    def _participle(self, k: int) -> bool:
+        """Whether a word alone is a verb's form: "squeezed between", "heading to"."""
+        norm = self.norms[k]
+        upper = self.words[k].text[:1].isupper() and not self._starts_clause(k)
+        return norm.endswith(("ed", "ing")) and not upper and norm not in self.known.object_kinds
 
     def _hyphen(self, at: int, first: int) -> bool:
         """Whether a word goes on after a hyphen: "U-Haul", "two-seater"."""
@@ -459,15 +496,53 @@ class _ObjectFinder:
             return (
                 bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
             )
-        if before in known.longest_cues and not self._is_after(last, attached):
-            return False
-        if before in ("of", "with", "from", "to") and lead != "":
-            return False
+        if before in ("of", "to", "from") and self._turned(start):
+            return True
+        prepositions = before in known.longest_cues or before in _words("prepositions")
+        if prepositions and not attached:
+            return self._relative(last)
         if not free:
             return False
         if self._is_after(last, attached) or self._resumed(last):
             return True
+        if begins and (lead or named) and self._goes_on(last):
+            return True
         return begins and self._telegram(last)
+
+    def _turned(self, start: int) -> bool:
+        """Whether a place is the subject: "Gotham Condos are northwest of our camper"."""
+        first = start - 1
+        while first > 0 and not self._starts_clause(first):
+            first -= 1
+        if self.norms[first] in _words("object_determiners"):
+            first += 1
+        onward = first
+        while onward < start and self.taken[onward]:
+            onward += 1
+        return onward > first and self.norms[onward] in self.known.words_of("be")
+
+    def _relative(self, last: int) -> bool:
+        """Whether ", which is" follows a phrase."""
+        at = last + 1 if self.norms[last : last + 1] == [","] else last
+        following = self.norms[at : at + 2]
+        return (
+            len(following) == 2
+            and following[0] in ("which", "that", "who")
+            and following[1] in self.known.words_of("be")
+        )
+
+    def _goes_on(self, last: int) -> bool:
+        """Whether more is said of the subject, then where it is: "the rider whose ... is by"."""
+        following = self.norms[last] if last < len(self.norms) else ""
+        led = following in _words("subject_goes_on")
+        if not (led or following in self.known.words_of("ordinary_verbs")):
+            return False
+        end = last
+        while end < len(self.norms) and self.words[end].low not in (".", ";", "!", "?"):
+            if self._cue_starts(end) and end > last:
+                return True
+            end += 1
+        return False
 
     def is_predicate(self, first: int) -> bool:
         """Whether a phrase says what someone is: "I'm an old woman"."""
@@ -483,7 +558,17 @@ class _ObjectFinder:
             and self.norms[at] in ("am", "are", "was", "were")
             and self.norms[at - 1] in speaker
         )
-        return at >= 0 and at < first - 1 and (be or self.norms[at] in ("i'm", "we're"))
+        if at >= 0 and at < first - 1 and (be or self.norms[at] in ("i'm", "we're")):
+            return True
+        lead = first - 1
+        while lead >= 0 and (
+            self.norms[lead] in self.known.words_of("size_adjectives")
+            or self.norms[lead] in ("a", "an", "the", "first", "third", "last", "only")
+        ):
+            lead -= 1
+        names = self.norms[lead - 1] if lead > 0 else ""
+        is_one = lead > 0 and lead < first - 1 and self.norms[lead] in ("is", "are", "was", "were")
+        return is_one and names in self.ends
 
     def _resumed(self, last: int) -> bool:
         """Whether a pronoun takes a phrase up: "our group she is", "my bike I left it"."""
@@ -557,22 +642,15 @@ class _ObjectFinder:
         norm = self.norms[at]
         classes = known.classes.get(norm, frozenset())
         if "be" in classes and norm != "'s":
-            return norm not in ("have", "has", "had") or self.norms[at + 1 : at + 2] == ["been"]
+            if norm not in ("have", "has", "had"):
+                return True
+            onward = at + 2  # "has been", "has set up at"
+            if self.norms[onward : onward + 1] and self.norms[onward] in _words("object_particles"):
+                onward += 1
+            return self.norms[at + 1 : at + 2] == ["been"] or self._cue_starts(onward)
         if "neg" in classes:
             return True
-        if norm in (
-            "stay",
-            "wait",
-            "stays",
-            "waits",
-            "lies",
-            "works",
-            "stood",
-            "sat",
-            "waiting",
-            "leans",
-            "leaning",
-        ):
+        if norm in _words("staying"):
             return True
         if norm in known.words_of("ordinary_verbs"):
             onward = at + 1
@@ -581,7 +659,8 @@ class _ObjectFinder:
                 "into",
             }:
                 onward += 1
-            if self.norms[onward : onward + 1] and self.norms[onward] in known.words_of("be"):
+            stuck = self.norms[onward] if onward < len(self.norms) else ""
+            if stuck in known.words_of("be") or (stuck.endswith("ed") and norm in ("got", "gets")):
                 onward += 1  # "got stuck near"
             return onward < len(self.norms) and (
                 self._cue_starts(onward) or self.norms[at + 1 : at + 2] == ["into"]

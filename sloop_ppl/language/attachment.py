@@ -486,7 +486,8 @@ class _Walk:
             self._there(at)
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
             return at + 1
-        self._refer(self.figures.last(), at)
+        animate = word.removesuffix("'s") in ("he", "she")
+        self._refer(self.figures.person() if animate else self.figures.last(), at)
         return at + 1
 
     def _there(self, at: int) -> None:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from itertools import islice
 
 from sloop_ppl.language.figures import FigureFinder, FigureMention
-from sloop_ppl.language.values import TargetObject
+from sloop_ppl.language.lexicon import camel_words, lexicon
+from sloop_ppl.language.values import SPEAKER, TargetObject
 
 __all__ = ["Figures"]
 
@@ -80,6 +81,21 @@ class Figures:
     def infer(self, target: TargetObject) -> None:
         """Add an object that was not declared."""
         self.inferred.setdefault(target.id, target)
+
+    def person(self) -> tuple[str, ...]:
+        """Return who "he" or "she" is: the person, else the animal, spoken of last."""
+        known = {t.id: t for t in self.finder.known} | self.inferred
+        recent = sorted(self.order, key=lambda i: -self.order[i])
+        things = frozenset(lexicon().object_kinds.values()) - {"person", "dog", "cat"}
+        for kinds in ({"person"}, {"dog", "cat"}):
+            for one in recent:
+                kind = known[one].kind if one in known else None
+                words = {*camel_words(one), kind}
+                kin = words & lexicon().words_of("kin")
+                if kind in kinds or (kin and "person" in kinds):
+                    return (one,)
+        alive = [i for i in recent if i in known and known[i].kind not in things and i != SPEAKER]
+        return (alive[0],) if alive else self.last()
 
     def last(self) -> tuple[str, ...]:
         """Return the object spoken of last; the only one declared where none was."""
