@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from sloop_ppl.eval import AnnotatedDescription, bundled_examples, read_descriptions, score_parser
-from sloop_ppl.eval.corruption import misspell
+from sloop_ppl.eval._corruption import misspell
 from sloop_ppl.language import Parser, dependency_parser, parse
 from sloop_ppl.maps import bundled_maps, load_map
 

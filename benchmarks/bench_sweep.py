@@ -20,7 +20,7 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
-from sloop_ppl.eval.sweep_files import SweepRequest, sweep_files
+from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
 from sloop_ppl.eval.trials import Searching
 
 EXAMPLES = Path(str(files("sloop_ppl"))) / "data" / "examples.jsonl"

@@ -21,7 +21,7 @@ import numpy as np
 import torch
 
 from sloop_ppl.eval import bundled_examples, read_descriptions, score_beliefs
-from sloop_ppl.eval.belief_scores import ScoredTarget
+from sloop_ppl.eval._belief_scores import ScoredTarget
 from sloop_ppl.models import Component, preset
 from sloop_ppl.models.bayes import unfitted
 

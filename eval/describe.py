@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._facts import facts_of, plain_word
+from sloop_ppl.eval._inventory import map_finder
+from sloop_ppl.eval._tables import Table
 from sloop_ppl.eval.descriptions import AnnotatedDescription, read_descriptions
-from sloop_ppl.eval.facts import facts_of, plain_word
-from sloop_ppl.eval.inventory import map_finder
-from sloop_ppl.eval.tables import Table
 from sloop_ppl.language import RELATIONS, parse
 from sloop_ppl.maps import CityMap, load_map
 
@@ -39,7 +39,7 @@ class SetSummary:
         Descriptions of which the parser read all targets.
     good_frames, bad_frames
         Targets with frame relations whose predicted fronts are right, or not; see
-        :class:`sloop_ppl.eval.facts.TargetFacts`.
+        :class:`sloop_ppl.eval._facts.TargetFacts`.
     relations
         Relation -> how often the gold says it.
     relations_per_target

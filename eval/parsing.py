@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.corruption import merge_maps, misspell
+from sloop_ppl.eval._corruption import merge_maps, misspell
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.language import RELATIONS, Description, SpatialRelation, parse
 from sloop_ppl.language.parsers import Parser

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError
-from sloop_ppl.eval.belief_scores import BeliefScore, ScoredTarget, score_belief
-from sloop_ppl.eval.bootstrap import clustered_interval
-from sloop_ppl.eval.breakdown import breakdown
+from sloop_ppl.eval._belief_scores import BeliefScore, ScoredTarget, score_belief
+from sloop_ppl.eval._bootstrap import clustered_interval
+from sloop_ppl.eval._breakdown import breakdown
+from sloop_ppl.eval._facts import plain_word
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.eval.facts import plain_word
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description, parse
 from sloop_ppl.maps import CityMap, load_map
@@ -47,7 +47,7 @@ class ModelQuality:
     ci95
         Interval of that mean, from a bootstrap over configurations.
     median_rank, expected_distance_m, mass_15m, hpd90_coverage
-        See :class:`sloop_ppl.eval.belief_scores.BeliefScore`; the mean of each, the rank's median.
+        See :class:`sloop_ppl.eval._belief_scores.BeliefScore`; the mean of each, the rank's median.
     mean_log_score_mixed, ci95_mixed
         The same with 1 % of the uniform belief mixed in.
     scores

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.bootstrap import clustered_interval
-from sloop_ppl.eval.facts import TargetFacts
-from sloop_ppl.eval.run_folder import RunFolder, read_run
-from sloop_ppl.eval.tables import Estimate
+from sloop_ppl.eval._bootstrap import clustered_interval
+from sloop_ppl.eval._facts import TargetFacts
+from sloop_ppl.eval._run_folder import RunFolder, read_run
+from sloop_ppl.eval._tables import Estimate
 from sloop_ppl.eval.trials import Searching, Trial
 
 __all__ = ["Results", "TargetKey", "read_results", "reward_summary"]

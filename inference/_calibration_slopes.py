@@ -19,9 +19,9 @@ from sloop_ppl.inference.infer import infer_batch
 from sloop_ppl.language import RELATIONS, Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel, PredictedSpread
+from sloop_ppl.models._vocabulary import speakable_grounds
 from sloop_ppl.models.likelihoods import parameters_of, with_values
 from sloop_ppl.models.simulation import simulate
-from sloop_ppl.models.vocabulary import speakable_grounds
 from sloop_ppl.registry import Registry
 from sloop_ppl.rng import child
 

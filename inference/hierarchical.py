@@ -14,10 +14,10 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import seeded_torch
-from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.inference._free_parameters import FreeParameters
+from sloop_ppl.inference._supervised_scores import Example, SupervisedScore, supervised_score
 from sloop_ppl.inference.learning import curvature, maximise
 from sloop_ppl.inference.parameter_draws import ParameterDraws
-from sloop_ppl.inference.supervised_scores import Example, SupervisedScore, supervised_score
 from sloop_ppl.models import ObservationModel
 from sloop_ppl.rng import child
 

@@ -13,8 +13,8 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, SloopError
-from sloop_ppl.inference.free_parameters import FreeParameters
-from sloop_ppl.inference.supervised_scores import (
+from sloop_ppl.inference._free_parameters import FreeParameters
+from sloop_ppl.inference._supervised_scores import (
     Example,
     SupervisedScore,
     belief_scores,
@@ -150,7 +150,7 @@ def fit(
     probability that the phrases are true would not do: it grows with every width.)
 
     Parameters are learnt as standard normal numbers of their declared priors; see
-    :class:`sloop_ppl.inference.free_parameters.FreeParameters`. An interval is the maximum plus
+    :class:`sloop_ppl.inference._free_parameters.FreeParameters`. An interval is the maximum plus
     and minus 1.96 standard deviations of the Gaussian of the same curvature, in those numbers.
     """
     free = FreeParameters(model, learn)

@@ -13,7 +13,7 @@ import torch
 from pyro.ops.stats import effective_sample_size, split_gelman_rubin
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.inference.draws import import_arviz
+from sloop_ppl.inference._draws import import_arviz
 from sloop_ppl.models import ObservationModel
 from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.outputs import check_output, written_whole

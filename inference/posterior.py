@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
+from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
 from sloop_ppl.inference._log_evidence import LogEvidence
 from sloop_ppl.inference._phrase_tables import PhraseTables
-from sloop_ppl.inference.draws import draws_from, to_arviz, uniforms_for
+from sloop_ppl.inference._store import StoredPosterior, load_parts, save_parts, to_dataset
+from sloop_ppl.inference._utterances import utterances_about
 from sloop_ppl.inference.engines import Engine, Exact, InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
 from sloop_ppl.inference.factors import (
@@ -40,7 +42,6 @@ from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.lapses import Lapse, lapses_of
 from sloop_ppl.inference.predictive import PhraseCheck, check_phrase
 from sloop_ppl.inference.prior import log_priors
-from sloop_ppl.inference.store import StoredPosterior, load_parts, save_parts, to_dataset
 from sloop_ppl.inference.summaries import (
     entropy_nats,
     expected_distance_m,
@@ -49,12 +50,11 @@ from sloop_ppl.inference.summaries import (
     mode_m,
     probability_in,
 )
-from sloop_ppl.inference.utterances import utterances_about
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import GroundedRelation, Latent, ObservationModel
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.simulation import Simulated, speaker_of
-from sloop_ppl.models.vocabulary import speaker_words
 
 if TYPE_CHECKING:
     import xarray
@@ -499,7 +499,7 @@ class Posterior:
         Returns
         -------
         xarray.Dataset
-            See :func:`sloop_ppl.inference.draws.draws_from`.
+            See :func:`sloop_ppl.inference._draws.draws_from`.
         """
         self._check(target)
         uniforms = uniforms_for(self.factors, target, n, rng)
@@ -549,7 +549,7 @@ class Posterior:
             Where they are drawn from.
         **options
             ``speaker``, ``phrases``, ``grounds``; see
-            :func:`sloop_ppl.inference.utterances.utterances_about`.
+            :func:`sloop_ppl.inference._utterances.utterances_about`.
         """
         known = {t.id: t for d in self.descriptions for t in d.targets}
         who = known.get(target, target)

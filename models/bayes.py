@@ -6,9 +6,9 @@ from dataclasses import replace
 from importlib.resources import as_file, files
 from typing import Any
 
+from sloop_ppl.models._guard import GuardedLikelihood
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
-from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import ObservationModel
 from sloop_ppl.models.tuning import load_parameters, with_parameters

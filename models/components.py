@@ -11,8 +11,8 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.grounded_relation import GroundedRelation
-from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
 __all__ = ["COMBINATIONS", "CUT_TO", "Component", "PhraseTable", "cut_below_uniform"]

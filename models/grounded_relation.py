@@ -25,7 +25,7 @@ from sloop_ppl.models._reference_regions import (
     reference_region_of,
     shape_fields,
 )
-from sloop_ppl.models.vocabulary import speaker_words
+from sloop_ppl.models._vocabulary import speaker_words
 
 __all__ = ["GroundedRelation", "as_vocabulary_word", "ground_relations", "word_options"]
 

@@ -21,6 +21,7 @@ from torch import Tensor
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
@@ -29,7 +30,6 @@ from sloop_ppl.models.grounded_relation import (
     as_vocabulary_word,
     ground_relations,
 )
-from sloop_ppl.models.guard import trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models._guard import guarded, trusted
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution, FramePrior, PredictedPoint
 from sloop_ppl.models.grounded_relation import GroundedRelation
-from sloop_ppl.models.guard import guarded, trusted
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
-from sloop_ppl.models.vocabulary import speaker_words
 from sloop_ppl.registry import Registry
 
 __all__ = ["PRESETS", "VARIANTS", "ObservationModel", "preset"]

@@ -25,6 +25,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models._distributions import FrameDensity, LogBernoulli, categorical
 from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, log_blur, look_up
 from sloop_ppl.models._speaker import WordWeights, frame_angle_masses
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.components import COMBINATIONS, cut_below_uniform
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation, word_options
@@ -43,7 +44,6 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.presets import ObservationModel, preset
-from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 

@@ -10,8 +10,8 @@ from typing import Any
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models._guard import guarded
 from sloop_ppl.models.grounded_relation import GroundedRelation
-from sloop_ppl.models.guard import guarded
 from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.user_file import failing, is_function, needed_arguments, open_user_file
 

@@ -74,7 +74,7 @@ class PredictedSpread:
     Source: ours; the paper takes the prediction as certain. Each predicted part stays a von Mises
     distribution; its concentration k and the speaker's combine as variances add, 1/(1/k + 1/kappa),
     which is exact for a point and close for any other part. `kappa` and `absolute` can be learnt
-    from descriptions of known places: see :mod:`sloop_ppl.inference.frame_tuning`.
+    from descriptions of known places: see :mod:`sloop_ppl.inference._frame_tuning`.
     """
 
     predictor: FramePredictor = NEAREST_STREET

@@ -27,7 +27,7 @@ class Listed:
     names: tuple[str, str]
 
 
-_MODELS, _MODEL_NAMES = "sloop_ppl.models", "sloop_ppl.models.model_names"
+_MODELS, _MODEL_NAMES = "sloop_ppl.models", "sloop_ppl.models._model_names"
 
 CATALOGUE: Registry[Listed] = Registry("list")
 """What can be listed."""
@@ -41,7 +41,7 @@ CATALOGUE.add(
     "engines",
     Listed(
         ("sloop_ppl.inference.engines", "ENGINES"),
-        ("sloop_ppl.inference.engine_names", "ENGINE_NAMES"),
+        ("sloop_ppl.inference._engine_names", "ENGINE_NAMES"),
     ),
 )
 CATALOGUE.add(
@@ -61,8 +61,8 @@ CATALOGUE.add(
 CATALOGUE.add(
     "candidates",
     Listed(
-        ("sloop_ppl.eval.candidates", "CANDIDATES"),
-        ("sloop_ppl.eval.candidate_names", "CANDIDATE_NAMES"),
+        ("sloop_ppl.eval._candidates", "CANDIDATES"),
+        ("sloop_ppl.eval._candidate_names", "CANDIDATE_NAMES"),
     ),
 )
 CATALOGUE.add(

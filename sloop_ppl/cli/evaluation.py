@@ -51,7 +51,7 @@ def parse(
     json: Json = False,
 ) -> None:
     """Read descriptions and compare with their gold relations."""
-    from sloop_ppl.eval.parse_files import parse_score_lines, score_files
+    from sloop_ppl.eval._parse_files import parse_score_lines, score_files
 
     score = score_files(
         files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell, seed=seed
@@ -69,8 +69,8 @@ def describe(
     json: Json = False,
 ) -> None:
     """Say what is in a set: parse yield, relations, targets and descriptions."""
+    from sloop_ppl.eval._table_lines import table_lines
     from sloop_ppl.eval.describe import describe_files, summary_tables
-    from sloop_ppl.eval.table_lines import table_lines
 
     summary = describe_files(files, maps=maps)
     if json:
@@ -94,7 +94,7 @@ def quality(
     json: Json = False,
 ) -> None:
     """Score what models believe against where the targets are."""
-    from sloop_ppl.eval.quality_files import draw_quality, quality_lines, score_quality
+    from sloop_ppl.eval._quality_files import draw_quality, quality_lines, score_quality
     from sloop_ppl.plots import check_figure_path
 
     if figure:
@@ -162,7 +162,7 @@ def search(
 ) -> None:
     """Search for every described target under every model and range; resumable."""
     from sloop_ppl.cli.sweep_progress import sweep_progress
-    from sloop_ppl.eval.sweep_files import SweepRequest, sweep_files
+    from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
@@ -200,7 +200,7 @@ def report(
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
-    from sloop_ppl.eval.report import make_report, write_docs, write_report
+    from sloop_ppl.eval._report import make_report, write_docs, write_report
     from sloop_ppl.eval.results import read_results, reward_summary
 
     sweeps = [read_results(folder) for folder in folders]

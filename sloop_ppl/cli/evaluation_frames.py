@@ -39,7 +39,7 @@ def frames(
     json: Json = False,
 ) -> None:
     """Hold cities out in turn and score which way their buildings are said to face."""
-    from sloop_ppl.eval.frame_files import frame_lines, score_frames
+    from sloop_ppl.eval._frame_files import frame_lines, score_frames
     from sloop_ppl.plots import check_figure_path, save_figure
 
     if figure:

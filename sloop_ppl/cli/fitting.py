@@ -31,8 +31,8 @@ def fit(
 
     Ctrl-C keeps the finished fits; the same command goes on from there.
     """
-    from sloop_ppl.eval.fit_files import fit_files, fit_tables
-    from sloop_ppl.eval.table_lines import table_lines
+    from sloop_ppl.eval._fit_files import fit_files, fit_tables
+    from sloop_ppl.eval._table_lines import table_lines
 
     selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
     if json:

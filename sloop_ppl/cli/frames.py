@@ -53,9 +53,9 @@ def train(
     """Train a network on buildings whose address tells the street they face."""
     import numpy as np
 
-    from sloop_ppl.eval.frame_descriptions import second_stage
-    from sloop_ppl.inference.frame_examples import maps_of_folder
-    from sloop_ppl.inference.frame_training import train_on_maps, training_command
+    from sloop_ppl.eval._frame_descriptions import second_stage
+    from sloop_ppl.inference._frame_examples import maps_of_folder
+    from sloop_ppl.inference._frame_training import train_on_maps, training_command
     from sloop_ppl.models.frames import save_weights
     from sloop_ppl.outputs import check_output
 
@@ -94,7 +94,7 @@ def predict(
 ) -> None:
     """Tell which way the buildings of a map face, as distributions."""
     import sloop_ppl as sloop
-    from sloop_ppl.inference.landmark_frames import frame_lines, frame_report, frames_of
+    from sloop_ppl.inference._landmark_frames import frame_lines, frame_report, frames_of
     from sloop_ppl.plots import check_figure_path, save_figure
     from sloop_ppl.plots.frames import plot_frames
 

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from sloop_ppl.cli.output import progress
 
 if TYPE_CHECKING:
-    from sloop_ppl.eval.sweep import SweepProgress
+    from sloop_ppl.eval._sweep import SweepProgress
 
 __all__ = ["sweep_progress"]
 

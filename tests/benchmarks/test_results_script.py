@@ -13,7 +13,7 @@ import typer
 from support.tree import ROOT
 
 from sloop_ppl.cli.app import app
-from sloop_ppl.eval.quality_files import models_named
+from sloop_ppl.eval._quality_files import models_named
 from sloop_ppl.eval.trials import Searching
 
 SCRIPT = ROOT / "benchmarks" / "results.sh"

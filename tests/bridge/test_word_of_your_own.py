@@ -17,9 +17,9 @@ from sloop_ppl.inference import infer_description
 from sloop_ppl.language import RELATIONS, Relation, SpatialRelation
 from sloop_ppl.maps.rasterise import touched_cells
 from sloop_ppl.models import LIKELIHOODS, PRESETS, ground_relations
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.check import check_likelihood
 from sloop_ppl.models.simulation import SPEAKER, simulate
-from sloop_ppl.models.vocabulary import speaker_words
 
 CITY = sloop.load_map("austin")
 WORD = "kitty-corner"

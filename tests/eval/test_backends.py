@@ -6,8 +6,8 @@ import pytest
 from support.small_sweeps import request, table_of
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.backends import BACKENDS
-from sloop_ppl.eval.sweep_files import sweep_files
+from sloop_ppl.eval._backends import BACKENDS
+from sloop_ppl.eval._sweep_files import sweep_files
 
 QUIET = [
     "ignore::ResourceWarning",

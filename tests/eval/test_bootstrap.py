@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.bootstrap import clustered_interval
+from sloop_ppl.eval._bootstrap import clustered_interval
 
 
 def test_clusters_are_drawn_whole():

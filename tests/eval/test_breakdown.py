@@ -2,8 +2,8 @@
 
 import pytest
 
-from sloop_ppl.eval.belief_scores import BeliefScore, Region, ScoredTarget
-from sloop_ppl.eval.breakdown import breakdown
+from sloop_ppl.eval._belief_scores import BeliefScore, Region, ScoredTarget
+from sloop_ppl.eval._breakdown import breakdown
 
 
 def scored(map_, relations, log_score, covers=(0.5, 1.0)):

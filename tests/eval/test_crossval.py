@@ -4,8 +4,8 @@ import pytest
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval import bundled_examples, crossval
+from sloop_ppl.eval._quality_files import score_quality
 from sloop_ppl.eval.crossval import refitted
-from sloop_ppl.eval.quality_files import score_quality
 from sloop_ppl.models import preset
 
 

@@ -3,8 +3,8 @@
 import pytest
 from scenes import house_and_street, relation, symmetric_grid
 
+from sloop_ppl.eval._facts import facts_of
 from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
-from sloop_ppl.eval.facts import facts_of
 
 
 @pytest.fixture

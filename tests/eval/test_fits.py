@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from sloop_ppl.eval import bundled_examples, fits
+from sloop_ppl.eval import _fits as fits
+from sloop_ppl.eval import bundled_examples
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import preset
 

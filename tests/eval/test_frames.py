@@ -11,10 +11,10 @@ from support.facing_block import facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval import bundled_examples
-from sloop_ppl.eval.frame_descriptions import score_described_frames, second_stage
-from sloop_ppl.eval.frame_files import frame_lines, score_frames
-from sloop_ppl.eval.frame_scores import FrameScores, fit_points, score_frame, spread_points
-from sloop_ppl.eval.frames import FOLDS, cross_validate_frames
+from sloop_ppl.eval._frame_descriptions import score_described_frames, second_stage
+from sloop_ppl.eval._frame_files import frame_lines, score_frames
+from sloop_ppl.eval._frame_scores import FrameScores, fit_points, score_frame, spread_points
+from sloop_ppl.eval._frames import FOLDS, cross_validate_frames
 from sloop_ppl.maps import write_map
 from sloop_ppl.models.frames import FrameDistribution, FramePart
 

@@ -13,10 +13,10 @@ import pytest
 
 from sloop_ppl.cli import main
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval import fit_files as files_module
-from sloop_ppl.eval import selection
-from sloop_ppl.eval.fit_files import fit_files
-from sloop_ppl.eval.kept_fits import KeptFits
+from sloop_ppl.eval import _fit_files as files_module
+from sloop_ppl.eval import _selection as selection
+from sloop_ppl.eval._fit_files import fit_files
+from sloop_ppl.eval._kept_fits import KeptFits
 from sloop_ppl.inference.learning import Fitted
 from tests.support.example_lines import write_examples
 

@@ -5,8 +5,8 @@ from importlib.resources import files
 import pytest
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.eval.inventory import all_maps, map_finder
-from sloop_ppl.eval.parse_files import parse_score_lines, score_files
+from sloop_ppl.eval._inventory import all_maps, map_finder
+from sloop_ppl.eval._parse_files import parse_score_lines, score_files
 
 LINES = [
     {

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.corruption import merge_maps, misspell
+from sloop_ppl.eval._corruption import merge_maps, misspell
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.parsing import score_parser
 from sloop_ppl.language import Description, SpatialRelation, TargetObject

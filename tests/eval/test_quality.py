@@ -10,10 +10,10 @@ import pytest
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval import bundled_examples
-from sloop_ppl.eval.belief_scores import score_belief
+from sloop_ppl.eval._belief_scores import score_belief
+from sloop_ppl.eval._quality_files import models_named, quality_lines, score_quality
 from sloop_ppl.eval.descriptions import Place
 from sloop_ppl.eval.quality import score_beliefs
-from sloop_ppl.eval.quality_files import models_named, quality_lines, score_quality
 from sloop_ppl.maps import Grid
 from sloop_ppl.models import preset
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sloop_ppl.eval.belief_scores import LEVELS, score_belief
+from sloop_ppl.eval._belief_scores import LEVELS, score_belief
 from sloop_ppl.eval.descriptions import Place
 from sloop_ppl.maps import Grid
 

@@ -9,19 +9,19 @@ from support.small_sweeps import request
 
 from sloop_ppl.cli import main
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.facts import RelationFacts, TargetFacts
-from sloop_ppl.eval.paper_tables import frame_table, table_one, table_two
-from sloop_ppl.eval.report import make_report, write_docs, write_report
-from sloop_ppl.eval.results import Results, read_results
-from sloop_ppl.eval.reward_tables import (
+from sloop_ppl.eval._facts import RelationFacts, TargetFacts
+from sloop_ppl.eval._paper_tables import frame_table, table_one, table_two
+from sloop_ppl.eval._report import make_report, write_docs, write_report
+from sloop_ppl.eval._reward_tables import (
     comparison_table,
     completed_table,
     reward_table,
     sweeps_table,
 )
-from sloop_ppl.eval.run_folder import RunFolder
-from sloop_ppl.eval.sweep_files import sweep_files
-from sloop_ppl.eval.tables import Estimate
+from sloop_ppl.eval._run_folder import RunFolder
+from sloop_ppl.eval._sweep_files import sweep_files
+from sloop_ppl.eval._tables import Estimate
+from sloop_ppl.eval.results import Results, read_results
 from sloop_ppl.eval.trials import Searching, Trial, TrialKey
 
 MANIFEST = {
@@ -160,7 +160,7 @@ def run(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def quality(tmp_path_factory, run):
-    from sloop_ppl.eval.quality_files import score_quality
+    from sloop_ppl.eval._quality_files import score_quality
 
     path = tmp_path_factory.mktemp("quality") / "quality.json"
     told = score_quality([run.path.parent / "said.jsonl"], models="sloop-m4,bayes")

@@ -5,10 +5,11 @@ import pytest
 import torch
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.eval import bundled_examples, selection
-from sloop_ppl.eval.candidates import CANDIDATES, FAMILIES
-from sloop_ppl.eval.fit_files import candidates_named, fit_files
-from sloop_ppl.eval.selection import NESTED, select_model
+from sloop_ppl.eval import _selection as selection
+from sloop_ppl.eval import bundled_examples
+from sloop_ppl.eval._candidates import CANDIDATES, FAMILIES
+from sloop_ppl.eval._fit_files import candidates_named, fit_files
+from sloop_ppl.eval._selection import NESTED, select_model
 from sloop_ppl.inference.learning import Fitted
 from sloop_ppl.models import BAYES, UNFITTED_BAYES, preset, unfitted
 
@@ -89,7 +90,7 @@ def test_candidates_are_named_once_and_known():
 
 
 def test_what_was_fitted_says_how(tmp_path, monkeypatch):
-    from sloop_ppl.eval import fit_files as files_module
+    from sloop_ppl.eval import _fit_files as files_module
 
     lines = [s for s in bundled_examples() if s.map in MAPS[:2]]
     kept = [next(s for s in lines if s.map == name) for name in MAPS[:2]]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.significance import holm, sign_flip_p, t_estimate
+from sloop_ppl.eval._significance import holm, sign_flip_p, t_estimate
 
 
 def test_a_t_interval_by_hand():

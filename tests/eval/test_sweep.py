@@ -10,9 +10,9 @@ import pytest
 from support.small_sweeps import LINES, SHORT, request, table_of, write_lines
 
 from sloop_ppl.errors import InputError, OutputError, UnknownName
+from sloop_ppl.eval._run_folder import writing
+from sloop_ppl.eval._sweep_files import sweep_files
 from sloop_ppl.eval.results import read_results, reward_summary
-from sloop_ppl.eval.run_folder import writing
-from sloop_ppl.eval.sweep_files import sweep_files
 from sloop_ppl.eval.trials import Searching, compile_ahead
 
 
@@ -118,7 +118,7 @@ def test_a_full_disk_leaves_what_is_done(done, tmp_path, monkeypatch):
         room[0] -= len(data)
         return wrote(handle, data)
 
-    monkeypatch.setattr("sloop_ppl.eval.trial_files.os.write", write)
+    monkeypatch.setattr("sloop_ppl.eval._trial_files.os.write", write)
     with pytest.raises(OutputError, match=r"No space left on device; what is done stays valid"):
         sweep_files(request(tmp_path))
     (part,) = (tmp_path / "run" / "parts").glob("*.jsonl")
@@ -255,7 +255,7 @@ def test_machine_code_is_made_before_the_workers_ask_for_it(monkeypatch, planner
 
 def test_only_several_workers_have_it_made_before(monkeypatch, tmp_path):
     made = []
-    monkeypatch.setattr("sloop_ppl.eval.sweep.compile_ahead", made.append)
+    monkeypatch.setattr("sloop_ppl.eval._sweep.compile_ahead", made.append)
     sweep_files(request(tmp_path, out=tmp_path / "one", workers=1))
     assert made == []
     sweep = request(tmp_path, out=tmp_path / "two", workers=2)

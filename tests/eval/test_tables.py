@@ -3,7 +3,7 @@
 import csv
 import io
 
-from sloop_ppl.eval.tables import Estimate, Table
+from sloop_ppl.eval._tables import Estimate, Table
 
 TABLE = Table(
     "small",

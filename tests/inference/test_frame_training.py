@@ -12,7 +12,7 @@ import torch
 from support.facing_block import facing_rad, facing_town
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.inference.frame_examples import (
+from sloop_ppl.inference._frame_examples import (
     FrameLabel,
     address_labels,
     entrance_labels,
@@ -20,7 +20,7 @@ from sloop_ppl.inference.frame_examples import (
     joined,
     maps_of_folder,
 )
-from sloop_ppl.inference.frame_training import (
+from sloop_ppl.inference._frame_training import (
     RECIPES,
     Recipe,
     squared_angle,

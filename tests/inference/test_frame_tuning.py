@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.inference.frame_tuning import framed_examples, tune_frames
+from sloop_ppl.inference._frame_tuning import framed_examples, tune_frames
+from sloop_ppl.inference._supervised_scores import Example
 from sloop_ppl.inference.learning import log_scores
-from sloop_ppl.inference.supervised_scores import Example
 from sloop_ppl.models import PredictedPoint, preset
 from sloop_ppl.models.frames import FRAME_PREDICTORS
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid

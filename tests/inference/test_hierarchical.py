@@ -13,13 +13,13 @@ import sloop_ppl as sloop
 from sloop_ppl.errors import InputError, OutputError, UnknownName
 from sloop_ppl.inference import ParameterDraws, sample_parameters
 from sloop_ppl.inference._enumeration import seeded_torch
-from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.inference._free_parameters import FreeParameters
 from sloop_ppl.inference.hierarchical import _chain, _Target
 from sloop_ppl.inference.learning import Example, curvature, maximise
 from sloop_ppl.models import preset
+from sloop_ppl.models._vocabulary import speakable_grounds
 from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.tuning import load_parameters, with_parameters
-from sloop_ppl.models.vocabulary import speakable_grounds
 
 
 def described(city, speaker, count, rng, model=SPEAKER):

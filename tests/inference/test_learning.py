@@ -14,14 +14,14 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval import bundled_examples
 from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.inference import infer_description
-from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.inference._free_parameters import FreeParameters
+from sloop_ppl.inference._supervised_scores import BeliefScore, WordScore, supervised_score
 from sloop_ppl.inference.learning import Example, curvature, fit, log_scores, maximise
-from sloop_ppl.inference.supervised_scores import BeliefScore, WordScore, supervised_score
 from sloop_ppl.models import LIKELIHOODS, UNFITTED_BAYES, preset
+from sloop_ppl.models._vocabulary import speakable_grounds
 from sloop_ppl.models.likelihoods import StudentVonMisesLikelihood
 from sloop_ppl.models.simulation import SPEAKER, simulate
 from sloop_ppl.models.tuning import load_parameters, with_parameters
-from sloop_ppl.models.vocabulary import speakable_grounds
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from scipy.stats import kstest
 from sloop_ppl.inference import infer_description
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import speaker_of
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.simulation import SPEAKER, simulate
-from sloop_ppl.models.vocabulary import speaker_words
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = house_and_street(symmetric_grid(9, 10.0), house=(12.0, -7.0), street_y=30.0)

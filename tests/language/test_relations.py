@@ -15,7 +15,7 @@ from sloop_ppl.language import (
     words_by_class,
 )
 from sloop_ppl.maps import load_map
-from sloop_ppl.models.vocabulary import in_english, speaker_words
+from sloop_ppl.models._vocabulary import in_english, speaker_words
 
 CITY = load_map("cleveland")
 FORMS = [

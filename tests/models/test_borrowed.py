@@ -100,7 +100,7 @@ def test_commands_say_it_once(command, mine, tmp_path, capsys):
 
 
 def test_scores_say_it_too(mine, tmp_path):
-    from sloop_ppl.eval.quality_files import score_quality
+    from sloop_ppl.eval._quality_files import score_quality
 
     said, told = write_examples(tmp_path / "said.jsonl", "austin-ex-04"), []
     score_quality([said], models=f"{mine},uniform", progress=told.append)

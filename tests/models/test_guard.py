@@ -12,7 +12,7 @@ import torch
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Example, fit, infer_batch, infer_description
 from sloop_ppl.models import GaussianLikelihood, build, preset
-from sloop_ppl.models.guard import GuardedLikelihood
+from sloop_ppl.models._guard import GuardedLikelihood
 from sloop_ppl.models.simulation import SPEAKER, simulate
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 

@@ -18,7 +18,7 @@ from sloop_ppl.models import (
     intervene,
     preset,
 )
-from sloop_ppl.models.model_parts import model_from_parts, parts_of
+from sloop_ppl.models._model_parts import model_from_parts, parts_of
 from sloop_ppl.models.tuning import with_parameters
 from tests.mixture import MIXTURE
 

@@ -10,6 +10,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.language import SpatialRelation, TargetObject
 from sloop_ppl.maps import bundled_maps
 from sloop_ppl.models import Latent, preset
+from sloop_ppl.models._vocabulary import in_english, speakable_grounds, speaker_words
 from sloop_ppl.models.simulation import (
     SPEAKER,
     _choose_words,
@@ -18,7 +19,6 @@ from sloop_ppl.models.simulation import (
     _word_chances,
     simulate,
 )
-from sloop_ppl.models.vocabulary import in_english, speakable_grounds, speaker_words
 from tests.phrases import log_phrase_given_frame
 
 DECLARED = replace(SPEAKER, latents=(Latent("mood", ("good", "bad"), (0.5, 0.5)),))

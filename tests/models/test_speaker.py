@@ -9,10 +9,10 @@ import torch
 from sloop_ppl.language import RELATIONS
 from sloop_ppl.models import LIKELIHOODS, FrameDistribution, FramePart, ground_relations
 from sloop_ppl.models._speaker import frame_angle_masses
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.program import log_words, word_weights
 from sloop_ppl.models.simulation import SPEAKER
-from sloop_ppl.models.vocabulary import speaker_words
 from tests.phrases import log_phrase
 from tests.scenes import house_and_street, relation, symmetric_grid
 

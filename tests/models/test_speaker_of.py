@@ -42,7 +42,7 @@ def test_it_runs_forward_and_what_it_says_is_understood(name):
 
 def test_the_words_that_could_have_been_said_have_probabilities_that_sum_to_one():
     """The evidence of one phrase, summed over all words of its ground."""
-    from sloop_ppl.models.vocabulary import speaker_words
+    from sloop_ppl.models._vocabulary import speaker_words
 
     total = sum(
         np.exp(float(infer_description(said(relation(w, "House")), CITY, "bayes")[0]

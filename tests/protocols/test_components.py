@@ -21,8 +21,8 @@ from sloop_ppl.models import (
     preset,
     program_data,
 )
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.presets import Normalisation
-from sloop_ppl.models.vocabulary import speaker_words
 from tests.phrases import log_phrase, log_phrase_given_frame
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 

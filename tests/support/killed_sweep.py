@@ -17,8 +17,8 @@ from pathlib import Path
 
 import psutil
 
-from sloop_ppl.eval import sweep_files as module
-from sloop_ppl.eval.run_folder import read_run
+from sloop_ppl.eval import _sweep_files as module
+from sloop_ppl.eval._run_folder import read_run
 from sloop_ppl.eval.trials import Searching
 from tests.support.small_sweeps import LINES, request, table_of, write_lines
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from sloop_ppl.eval.sweep_files import SweepRequest
+from sloop_ppl.eval._sweep_files import SweepRequest
 from sloop_ppl.eval.trials import Searching
 
 SHORT = Searching(planner="fast", sims=20, rollout="published", max_steps=6)

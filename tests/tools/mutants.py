@@ -101,7 +101,7 @@ GROUPS = {
         ),
     ),
     "scores": Group(
-        ("eval/belief_scores.py", "eval/breakdown.py", "eval/parsing.py"),
+        ("eval/_belief_scores.py", "eval/_breakdown.py", "eval/parsing.py"),
         (
             "tests/eval/test_regions.py",
             "tests/eval/test_breakdown.py",
@@ -113,7 +113,7 @@ GROUPS = {
 }
 
 NAMED = (
-    ("scores", "eval/belief_scores.py", "NEAR_M = 15.0", "NEAR_M = 20.0"),
+    ("scores", "eval/_belief_scores.py", "NEAR_M = 15.0", "NEAR_M = 20.0"),
     (
         "linking",
         "sloop_ppl/language/linking.py",

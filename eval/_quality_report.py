@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from sloop_ppl.eval.report_figures import model_style, panels, plain
-from sloop_ppl.eval.tables import Cell, Estimate, Table
+from sloop_ppl.eval._report_figures import model_style, panels, plain
+from sloop_ppl.eval._tables import Cell, Estimate, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.eval.belief_scores import LEVELS, ScoredTarget
-from sloop_ppl.eval.bootstrap import clustered_interval
+from sloop_ppl.eval._belief_scores import LEVELS, ScoredTarget
+from sloop_ppl.eval._bootstrap import clustered_interval
 
 __all__ = ["breakdown"]
 

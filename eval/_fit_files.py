@@ -9,15 +9,15 @@ from pathlib import Path
 
 from sloop_ppl import __version__
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.candidates import CANDIDATES, FAMILIES
+from sloop_ppl.eval._candidates import CANDIDATES, FAMILIES
+from sloop_ppl.eval._inventory import map_finder
+from sloop_ppl.eval._kept_fits import KeptFits
+from sloop_ppl.eval._manifest import file_digest, git_state, model_digest, packages
+from sloop_ppl.eval._quality_files import models_named
+from sloop_ppl.eval._quality_report import quality_tables
+from sloop_ppl.eval._selection import Selection, select_model
+from sloop_ppl.eval._tables import Estimate, Table
 from sloop_ppl.eval.descriptions import read_descriptions
-from sloop_ppl.eval.inventory import map_finder
-from sloop_ppl.eval.kept_fits import KeptFits
-from sloop_ppl.eval.manifest import file_digest, git_state, model_digest, packages
-from sloop_ppl.eval.quality_files import models_named
-from sloop_ppl.eval.quality_report import quality_tables
-from sloop_ppl.eval.selection import Selection, select_model
-from sloop_ppl.eval.tables import Estimate, Table
 from sloop_ppl.inference.learning import Fitted
 from sloop_ppl.models import PRESETS, ObservationModel, unfitted
 from sloop_ppl.outputs import check_output

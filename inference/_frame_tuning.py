@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference._supervised_scores import Example
 from sloop_ppl.inference.learning import Fitted, fit
-from sloop_ppl.inference.supervised_scores import Example
 from sloop_ppl.language import RELATIONS
 from sloop_ppl.models import ObservationModel, PredictedSpread
 from sloop_ppl.models.frames import FramePredictor

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.tables import Estimate
+from sloop_ppl.eval._tables import Estimate
 
 __all__ = ["FEWEST", "holm", "sign_flip_p", "t_estimate"]
 

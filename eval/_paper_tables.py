@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from sloop_ppl.eval import paper
-from sloop_ppl.eval.facts import RelationFacts, plain_word
+from sloop_ppl.eval import _paper as paper
+from sloop_ppl.eval._facts import RelationFacts, plain_word
+from sloop_ppl.eval._significance import t_estimate
+from sloop_ppl.eval._tables import Cell, Estimate, Table
 from sloop_ppl.eval.results import Results, TargetKey
-from sloop_ppl.eval.significance import t_estimate
-from sloop_ppl.eval.tables import Cell, Estimate, Table
 from sloop_ppl.language import RELATIONS
 
 __all__ = ["frame_table", "table_one", "table_two"]
@@ -25,7 +25,7 @@ def table_one(results: Results) -> Table:
     """Return the paper's Table I: discounted reward by preposition.
 
     A target counts once for each preposition that is said of it. Front and behind are split
-    into good and bad ones; see :class:`sloop_ppl.eval.facts.TargetFacts`.
+    into good and bad ones; see :class:`sloop_ppl.eval._facts.TargetFacts`.
     """
     compass = {record.relation_class for record in RELATIONS.values() if record.is_compass}
     framed = {record.relation_class for record in RELATIONS.values() if record.needs_frame}

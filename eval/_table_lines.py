@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sloop_ppl.eval.tables import Table
+from sloop_ppl.eval._tables import Table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

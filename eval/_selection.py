@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._kept_fits import KeptFits
 from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.eval.kept_fits import KeptFits
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.inference.learning import Fitted, fit, log_scores
 from sloop_ppl.maps import CityMap, load_map

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._inventory import all_maps, map_finder
 from sloop_ppl.eval.descriptions import read_descriptions
-from sloop_ppl.eval.inventory import all_maps, map_finder
 from sloop_ppl.eval.parsing import Miss, ParseScore, score_parser
 from sloop_ppl.language.parsers import Parser, find_parser
 

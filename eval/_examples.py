@@ -7,9 +7,9 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from sloop_ppl.errors import OutputError
+from sloop_ppl.eval._run_folder import RunFolder
+from sloop_ppl.eval._sweep import Sweep
 from sloop_ppl.eval.quality import beliefs_of
-from sloop_ppl.eval.run_folder import RunFolder
-from sloop_ppl.eval.sweep import Sweep
 from sloop_ppl.eval.trials import Trial, run_trial
 from sloop_ppl.planning import write_episode
 

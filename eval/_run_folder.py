@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from sloop_ppl.errors import InputError, OutputError
-from sloop_ppl.eval.facts import TargetFacts
-from sloop_ppl.eval.manifest import changes
-from sloop_ppl.eval.trial_files import read_trials
+from sloop_ppl.eval._facts import TargetFacts
+from sloop_ppl.eval._manifest import changes
+from sloop_ppl.eval._trial_files import read_trials
 from sloop_ppl.eval.trials import Trial
 from sloop_ppl.outputs import check_output_folder, written_whole
 

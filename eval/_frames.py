@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.frame_scores import (
+from sloop_ppl.eval._frame_scores import (
     FrameScore,
     FrameScores,
     fit_points,
     score_frame,
     spread_points,
 )
-from sloop_ppl.inference.frame_examples import (
+from sloop_ppl.inference._frame_examples import (
     FrameExamples,
     FrameLabel,
     address_labels,
@@ -24,7 +24,7 @@ from sloop_ppl.inference.frame_examples import (
     examples_of_maps,
     joined,
 )
-from sloop_ppl.inference.frame_training import RECIPES, train_frames, with_limits
+from sloop_ppl.inference._frame_training import RECIPES, train_frames, with_limits
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import FRAME_PREDICTORS, GroundedRelation
 from sloop_ppl.models.frames import FrameDistribution, TrainedFrames, predict_frames
@@ -182,7 +182,7 @@ def cross_validate_frames(
     maps
         Name -> map; `FOLDS` says which are held out together.
     recipes
-        Names in :data:`sloop_ppl.inference.frame_training.RECIPES`.
+        Names in :data:`sloop_ppl.inference._frame_training.RECIPES`.
     epochs, patience
         Epochs and patience instead of the recipes'.
     rng

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sloop_ppl.errors import InputError, OutputError
-from sloop_ppl.eval.manifest import changes
+from sloop_ppl.eval._manifest import changes
 from sloop_ppl.inference.learning import Fitted
 from sloop_ppl.outputs import check_output_folder, written_whole
 

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import description_tables
-from sloop_ppl.inference.free_parameters import FreeParameters
+from sloop_ppl.inference._free_parameters import FreeParameters
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
@@ -29,9 +29,9 @@ from sloop_ppl.models import (
     program_data,
 )
 from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.program import log_words
-from sloop_ppl.models.vocabulary import speaker_words
 
 __all__ = [
     "BeliefScore",

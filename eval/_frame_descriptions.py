@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.eval.bootstrap import clustered_interval
+from sloop_ppl.eval._bootstrap import clustered_interval
 from sloop_ppl.eval.crossval import examples_of
 from sloop_ppl.eval.descriptions import AnnotatedDescription, read_descriptions
-from sloop_ppl.inference.frame_tuning import framed_examples, tune_frames
+from sloop_ppl.inference._frame_tuning import framed_examples, tune_frames
+from sloop_ppl.inference._supervised_scores import Example
 from sloop_ppl.inference.learning import log_scores
-from sloop_ppl.inference.supervised_scores import Example
 from sloop_ppl.language import RELATIONS
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import UNFITTED_BAYES, ObservationModel, PredictedSpread, preset

@@ -13,18 +13,18 @@ import joblib
 
 import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.eval.backends import check_backend
+from sloop_ppl.eval._backends import check_backend
+from sloop_ppl.eval._examples import has_examples, write_examples
+from sloop_ppl.eval._facts import facts_of
+from sloop_ppl.eval._fits import cross_validated
+from sloop_ppl.eval._inventory import map_finder
+from sloop_ppl.eval._manifest import file_digest, git_state, model_digest, packages
+from sloop_ppl.eval._quality_files import PAPER_METHODS, models_named
+from sloop_ppl.eval._run_folder import RunFolder, writing
+from sloop_ppl.eval._sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
+from sloop_ppl.eval._trial_files import write_parquet
 from sloop_ppl.eval.descriptions import AnnotatedDescription, read_sound_descriptions
-from sloop_ppl.eval.examples import has_examples, write_examples
-from sloop_ppl.eval.facts import facts_of
-from sloop_ppl.eval.fits import cross_validated
-from sloop_ppl.eval.inventory import map_finder
-from sloop_ppl.eval.manifest import file_digest, git_state, model_digest, packages
 from sloop_ppl.eval.quality import read_annotated
-from sloop_ppl.eval.quality_files import PAPER_METHODS, models_named
-from sloop_ppl.eval.run_folder import RunFolder, writing
-from sloop_ppl.eval.sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
-from sloop_ppl.eval.trial_files import write_parquet
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel, fitting_note
@@ -50,8 +50,8 @@ class SweepRequest:
     models
         Names, separated by commas; all registered ones when None.
     params, cv, fits
-        As in :func:`sloop_ppl.eval.quality_files.score_quality`; the fits are kept in the folder of
-        the run when no file is given.
+        As in :func:`sloop_ppl.eval._quality_files.score_quality`; the fits are kept in the folder
+        of the run when no file is given.
     ranges
         Ranges of the sensor in cells, separated by commas.
     starts

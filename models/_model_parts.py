@@ -7,9 +7,9 @@ from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.models._guard import GuardedLikelihood
 from sloop_ppl.models.components import COMBINATIONS, Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, FRAME_PRIORS, FramePrior
-from sloop_ppl.models.guard import GuardedLikelihood
 from sloop_ppl.models.interventions import GivenFrames
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import (

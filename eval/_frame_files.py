@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._frame_descriptions import DescribedFrameScore, score_described_frames
+from sloop_ppl.eval._frames import FrameEvaluation, cross_validate_frames
 from sloop_ppl.eval.descriptions import read_descriptions
-from sloop_ppl.eval.frame_descriptions import DescribedFrameScore, score_described_frames
-from sloop_ppl.eval.frames import FrameEvaluation, cross_validate_frames
-from sloop_ppl.inference.frame_examples import maps_of_folder
-from sloop_ppl.inference.frame_training import RECIPES
+from sloop_ppl.inference._frame_examples import maps_of_folder
+from sloop_ppl.inference._frame_training import RECIPES
 from sloop_ppl.maps import bundled_maps, load_map
 from sloop_ppl.rng import child
 
@@ -65,7 +65,7 @@ def score_frames(
     maps
         Folder of map files; the bundled maps when None, which tell no addresses.
     recipes
-        Names in :data:`sloop_ppl.inference.frame_training.RECIPES`, separated by commas.
+        Names in :data:`sloop_ppl.inference._frame_training.RECIPES`, separated by commas.
     descriptions
         Description files on which the shipped ego-ctx meets the nearest street.
     epochs, patience

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._significance import holm, sign_flip_p
+from sloop_ppl.eval._tables import Cell, Estimate, Table
 from sloop_ppl.eval.results import Results
-from sloop_ppl.eval.significance import holm, sign_flip_p
-from sloop_ppl.eval.tables import Cell, Estimate, Table
 from sloop_ppl.rng import child
 
 __all__ = [

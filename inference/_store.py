@@ -22,8 +22,8 @@ from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, from_geojson, to_geojson
 from sloop_ppl.models import ObservationModel, ground_description, program_data
+from sloop_ppl.models._model_parts import model_from_parts, parts_of
 from sloop_ppl.models._netcdf import read_netcdf
-from sloop_ppl.models.model_parts import model_from_parts, parts_of
 from sloop_ppl.outputs import check_output, written_whole
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def save_parts(
 
     Notes
     -----
-    The model goes with it as :func:`sloop_ppl.models.model_parts.parts_of` writes it,
+    The model goes with it as :func:`sloop_ppl.models._model_parts.parts_of` writes it,
     numbers and all, so that a model with parameters of its own, or whose defaults change later, is
     read as it was.
     """

@@ -16,11 +16,11 @@ import cloudpickle
 import torch
 
 from sloop_ppl.errors import OutputError, SloopError
-from sloop_ppl.eval.backends import BACKENDS, WorkersLost
+from sloop_ppl.eval._backends import BACKENDS, WorkersLost
+from sloop_ppl.eval._run_folder import RunFolder
+from sloop_ppl.eval._trial_files import append_trial
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.quality import beliefs_of
-from sloop_ppl.eval.run_folder import RunFolder
-from sloop_ppl.eval.trial_files import append_trial
 from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap

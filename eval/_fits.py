@@ -11,9 +11,9 @@ import cloudpickle
 
 import sloop_ppl
 from sloop_ppl.errors import OutputError
+from sloop_ppl.eval._manifest import git_state, model_digest, packages
 from sloop_ppl.eval.crossval import refitted
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.eval.manifest import git_state, model_digest, packages
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel
 from sloop_ppl.outputs import written_whole

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import seeded_torch
-from sloop_ppl.inference.frame_examples import Batch, FrameExamples, examples_of_maps, joined
+from sloop_ppl.inference._frame_examples import Batch, FrameExamples, examples_of_maps, joined
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, TrainedFrames, log_density
 from sloop_ppl.registry import Registry
@@ -211,7 +211,7 @@ def train_on_maps(
     maps
         Name -> map.
     recipe
-        Name in :data:`sloop_ppl.inference.frame_training.RECIPES`.
+        Name in :data:`sloop_ppl.inference._frame_training.RECIPES`.
     epochs, patience
         Epochs and patience instead of the recipe's.
     command

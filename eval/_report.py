@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError, OutputError
-from sloop_ppl.eval.examples import EXAMPLES
-from sloop_ppl.eval.inventory import map_finder
-from sloop_ppl.eval.paper_tables import frame_table, table_one, table_two
-from sloop_ppl.eval.quality_report import quality_section
-from sloop_ppl.eval.report_figures import completed_figure, reward_figure
-from sloop_ppl.eval.results import Results
-from sloop_ppl.eval.reward_tables import (
+from sloop_ppl.eval._examples import EXAMPLES
+from sloop_ppl.eval._inventory import map_finder
+from sloop_ppl.eval._paper_tables import frame_table, table_one, table_two
+from sloop_ppl.eval._quality_report import quality_section
+from sloop_ppl.eval._report_figures import completed_figure, reward_figure
+from sloop_ppl.eval._reward_tables import (
     comparison_table,
     completed_table,
     overview_table,
     reward_table,
     sweeps_table,
 )
-from sloop_ppl.eval.tables import Estimate, Table
+from sloop_ppl.eval._tables import Estimate, Table
+from sloop_ppl.eval.results import Results
 from sloop_ppl.outputs import check_output, check_output_folder, written_whole
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ import numpy as np
 
 from sloop_ppl.bridge.requests import model_of
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.eval._fits import cross_validated
+from sloop_ppl.eval._inventory import map_finder
+from sloop_ppl.eval._quality_report import quality_figure, quality_tables
+from sloop_ppl.eval._table_lines import table_lines
 from sloop_ppl.eval.descriptions import read_descriptions
-from sloop_ppl.eval.fits import cross_validated
-from sloop_ppl.eval.inventory import map_finder
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
-from sloop_ppl.eval.quality_report import quality_figure, quality_tables
-from sloop_ppl.eval.table_lines import table_lines
 from sloop_ppl.models import PRESETS, ObservationModel, fitting_note
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def score_quality(
         of the other maps; the paper's methods keep theirs. None for no refitting.
     fits
         File in which the refitted models are kept for the next command; see
-        :func:`sloop_ppl.eval.fits.cross_validated`.
+        :func:`sloop_ppl.eval._fits.cross_validated`.
     progress
         Called with a line at a time on how it goes.
 
