@@ -71,6 +71,11 @@ class ObservationModel:
         One of `VARIANTS`.
     latents
         Further latents that its program draws; see :class:`sloop_ppl.models.Latent`.
+    sum_readings
+        True to sum over the readings and alternatives of a description; False to take the most
+        probable reading, and of alternatives the first, as the paper's methods do.
+    sum_grounds
+        True to sum over what each mention may refer to; False to take the most probable place.
 
     Raises
     ------
@@ -94,6 +99,8 @@ class ObservationModel:
     informed_sigma_m: float | None = None
     variant: str = "published"
     latents: tuple[Latent, ...] = ()
+    sum_readings: bool = True
+    sum_grounds: bool = True
 
     def __post_init__(self) -> None:
         if not self.components:
@@ -134,6 +141,8 @@ class ObservationModel:
         Under ``"speaker"`` normalisation every phrase does, since the front decides what else
         could have been said; that prior is the one of "front" for all words.
         """
+        if term.is_silent:
+            return None
         if self.normalisation == "speaker":
             return self.frame_prior(term.as_relation("front"))
         return self.frame_prior(term) if term.needs_frame else None
@@ -235,6 +244,8 @@ def _register(name: str, *components: Component, informed_sigma_m: float | None 
             likelihood=LIKELIHOODS["gaussian-clipped"],
             frame_prior=PredictedPoint(),
             informed_sigma_m=informed_sigma_m,
+            sum_readings=False,
+            sum_grounds=False,
         ),
     )
 
