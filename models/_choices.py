@@ -60,6 +60,8 @@ class Phrasing:
         Per ground, all the places that are denied; empty for one that is not chosen so.
     choices
         Every choice it depends on.
+    is_silent
+        True when one of its grounds is not on the map for certain.
     """
 
     relation: SpatialRelation
@@ -70,6 +72,7 @@ class Phrasing:
     slots: list[Choice | None] = field(default_factory=list)
     denied: list[tuple[str, ...]] = field(default_factory=list)
     choices: list[Choice] = field(default_factory=list)
+    is_silent: bool = False
 
 
 def phrasings_of(
@@ -90,8 +93,7 @@ def phrasings_of(
     Returns
     -------
     tuple of Phrasing
-        Those of ``description.relations`` first, in their order. Relations that can say nothing
-        are left out: those to a place that is not on the map for certain.
+        Those of ``description.relations`` first, in their order.
 
     Notes
     -----
@@ -116,7 +118,8 @@ def phrasings_of(
                 one.said_when[which.name] = frozenset(one.readings)
                 one.choices.append(which)
     _choose_branches(found, suffix)
-    found = [one for one in found if _choose_places(one, sum_grounds=sum_grounds)]
+    for one in found:
+        _choose_places(one, sum_grounds=sum_grounds)
     _choose_grounds(found, suffix)
     return tuple(found)
 
@@ -182,26 +185,25 @@ def _choose_branches(found: Sequence[Phrasing], suffix: str) -> None:
         one.choices.append(groups[key])
 
 
-def _choose_places(one: Phrasing, *, sum_grounds: bool) -> bool:
-    """Fix what is certain of a phrase's grounds; tell whether the phrase can say anything."""
-    relation = one.relation
-    slots = []
+def _choose_places(one: Phrasing, *, sum_grounds: bool) -> None:
+    """Fix what is certain of a phrase's grounds; silence it when one is certainly not on the map."""
+    relation, slots, grounds = one.relation, [], []
     for i, ground in enumerate(relation.grounds):
         slot = tuple(c for c in relation.slot(i) if c.probability > 0)
         if not sum_grounds or not slot:
-            slot = (Candidate(None if ground == NOT_ON_MAP else ground, 1.0),)
-        if all(candidate.ground is None for candidate in slot):
-            return False
+            slot = (Candidate(ground, 1.0),)
+        slot = tuple(replace(c, ground=None) if c.ground == NOT_ON_MAP else c for c in slot)
+        places = [c.ground for c in slot if c.ground is not None]
+        grounds.append(ground if ground in places else next(iter(places), NOT_ON_MAP))
         slots.append(slot)
-    grounds = tuple(next(c.ground for c in slot if c.ground is not None) for slot in slots)
-    keep = tuple(
-        g if any(c.ground == g for c in slot) else other
-        for g, other, slot in zip(relation.grounds, grounds, slots, strict=True)
-    )
-    one.relation = replace(relation, grounds=keep, candidates=tuple(slots))
-    one.slots = [None] * len(keep)
-    one.denied = [()] * len(keep)
-    return True
+    one.is_silent = NOT_ON_MAP in grounds
+    if one.is_silent:
+        slots = [slot[:1] for slot in slots]
+        grounds = [slot[0].ground or NOT_ON_MAP for slot in slots]
+        slots = [(replace(slot[0], probability=1.0),) for slot in slots]
+    one.relation = replace(relation, grounds=tuple(grounds), candidates=tuple(slots))
+    one.slots = [None] * len(grounds)
+    one.denied = [()] * len(grounds)
 
 
 def _choose_grounds(found: Sequence[Phrasing], suffix: str) -> None:

@@ -420,7 +420,7 @@ def ground_relations(
     return tuple(
         term
         for index, relation in enumerate(relations)
-        for term in ground_phrasing(Phrasing(relation, index, {0}), index, city, joint=joint)
+        for term in ground_phrasing(_certain(relation, index), index, city, joint=joint)
     )
 
 
@@ -470,9 +470,15 @@ def ground_phrasing(
                 said_when=dict(phrasing.said_when),
                 slots=tuple(names) if any(names) else (),
                 denied=tuple(p.denied for p in together) if any(denied) else (),
+                is_silent=phrasing.is_silent,
             )
         )
     return tuple(terms)
+
+
+def _certain(relation: SpatialRelation, index: int) -> Phrasing:
+    """Return a relation to its most probable grounds."""
+    return Phrasing(relation, index, {0}, is_silent=NOT_ON_MAP in relation.grounds)
 
 
 class _Place(NamedTuple):
@@ -516,4 +522,6 @@ def _split(places: list[_Place], city: CityMap, joint: bool) -> list[tuple[_Plac
 
 
 def _ground_id(ground: str, city: CityMap) -> str:
+    if ground == NOT_ON_MAP:
+        return ground
     return WHOLE_MAP if is_map(city, ground) else city.landmark(ground).id

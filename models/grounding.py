@@ -437,9 +437,18 @@ class ProgramData:
                 math.log(part.weight) if self.applies(part, read) else -math.inf
                 for part in self.model.components
             ]
-            own = log_normalise(torch.tensor(weights, dtype=torch.float64)) if read else fixed
-            rows.append(own)
+            says = any(not one.is_silent for one in read)
+            own = torch.tensor(weights, dtype=torch.float64)
+            rows.append(log_normalise(own) if says else fixed)
         return torch.stack(rows).reshape(*sizes, -1)
+
+    def log_weight_before(self, i: int) -> Tensor:
+        """Return the log prior weight of each component of a target, over its readings, (K,)."""
+        given = self.log_weight_given[i]
+        if given.dim() == 1:
+            return given
+        joint = given + self.log_prior_of(self.reading_axes)
+        return torch.logsumexp(joint.flatten(0, -2), 0)
 
     def framed_phrases(self) -> Iterator[tuple[str, int, Phrase]]:
         """Yield target, position and phrase of every frame that the program draws by itself.
@@ -483,7 +492,7 @@ class ProgramData:
 
         Of a target of which nothing was said the first component stands for all.
         """
-        if self.model.needs_truth or not relations:
+        if self.model.needs_truth or all(one.is_silent for one in relations):
             return self.model.needs_truth or part == self.model.components[0]
         return bool(part.terms_it_reads(relations))
 
@@ -626,7 +635,8 @@ def _grounded(
 
 def _main(relations: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
     """Return the relations of the most probable reading, all of them when it has none."""
-    return tuple(one for one in relations if one.is_main) or relations
+    main = tuple(one for one in relations if one.is_main and not one.is_silent)
+    return main or relations
 
 
 def _count(relations: Sequence[GroundedRelation]) -> int:
