@@ -369,12 +369,12 @@ class Posterior:
 
     @property
     def latents(self) -> tuple[str, ...]:
-        """Names of the latents that the model declares, and that descriptions leave open."""
+        """Names of the latents that the model declares, for each of those there are."""
         names = []
         for which, factor in enumerate(self.factors):
-            shared = [v.name for v in factor.data.shared if isinstance(v, Latent)]
-            own = [v.name for v in factor.data.own]
-            names += [site_name(name, which) for name in (*shared, *own)]
+            shared = [v for v in factor.data.shared if isinstance(v, Latent)]
+            declared = [v for v in (*shared, *factor.data.own) if v.choice is None]
+            names += [site_name(latent.name, which) for latent in declared]
         in_joint = set(self.joint.latents)  # nothing tells of one whose phrase no component reads
         return tuple(name for name in names if name in in_joint)
 
@@ -384,7 +384,7 @@ class Posterior:
         Parameters
         ----------
         name
-            One of `latents`.
+            One of `latents`, or of what a description leaves open, such as ``ground_0``.
 
         Returns
         -------
@@ -509,14 +509,16 @@ class Posterior:
         tuple of PhraseCheck
             In the order of :meth:`relations`, under the model's speaker form; a relation to several
             grounds without a meaning of its own is checked by its first, one to a place that may be
-            several by the most probable of them. Left out is what is not on the map.
+            several by the most probable of them. Left out is what is not on the map. The others are
+            taken in their most probable reading.
 
         Raises
         ------
         InputError
             When the model cannot speak.
         """
-        generative = replace(self, model=speaker_of(self.model), method=Exact())
+        speaker = replace(speaker_of(self.model), sum_readings=False, sum_grounds=False)
+        generative = replace(self, model=speaker, method=Exact())
         terms = {term.index: term for term in reversed(self._numbered(target))}
         found = []
         for index, relation in enumerate(self.relations(target)):
@@ -765,11 +767,10 @@ class Posterior:
 
     def _declared(self, name: str) -> tuple[Latent, str]:
         """Return a declared latent and its name in the joint posterior."""
-        if name not in self.latents:
-            raise UnknownName("latent of the model", name, self.latents)
         for which, factor in enumerate(self.factors):
             for latent in (*factor.data.shared, *factor.data.own):
-                if isinstance(latent, Latent) and site_name(latent.name, which) == name:
+                is_it = isinstance(latent, Latent) and site_name(latent.name, which) == name
+                if is_it and name in self.joint.latents:
                     return latent, name
         raise UnknownName("latent of the model", name, self.latents)
 
