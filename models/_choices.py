@@ -124,9 +124,7 @@ def phrasings_of(
     return tuple(found)
 
 
-def _merged(
-    readings: Sequence[tuple[SpatialRelation, ...]], *, first_only: bool
-) -> list[Phrasing]:
+def _merged(readings: Sequence[tuple[SpatialRelation, ...]], *, first_only: bool) -> list[Phrasing]:
     """Return the relations of all readings, those that several have in common once."""
     counts: dict[str, int] = defaultdict(int)
     found: list[Phrasing] = []
@@ -138,8 +136,10 @@ def _merged(
             position = counts[relation.figure] if h == 0 else None
             counts[relation.figure] += h == 0
             group = () if relation.either is None else branches[relation.either[0]]
-            if first_only and group and relation.either and relation.either[1] != group[0]:
-                continue
+            if first_only and relation.either is not None:
+                if relation.either[1] != group[0]:
+                    continue
+                group = ()
             # Spans and confidence say where it was read, not what it says.
             key = (replace(relation, confidence=1.0, spans=None), group)
             same = (i for i, other in enumerate(keys) if i not in taken and other == key)
@@ -209,10 +209,7 @@ def _choose_places(one: Phrasing, *, sum_grounds: bool) -> None:
 def _choose_grounds(found: Sequence[Phrasing], suffix: str) -> None:
     """Make each mention whose place is open one choice, or deny all its places."""
     open_slots = [
-        (one, i)
-        for one in found
-        for i, slot in enumerate(one.relation.candidates)
-        if len(slot) > 1
+        (one, i) for one in found for i, slot in enumerate(one.relation.candidates) if len(slot) > 1
     ]
     numbered: dict[int, list[tuple[Phrasing, int]]] = defaultdict(list)
     for one, i in open_slots:
@@ -259,5 +256,3 @@ def _meet(members: Sequence[tuple[Phrasing, int]]) -> bool:
         for n, (one, _) in enumerate(members)
         for other, _ in members[n + 1 :]
     )
-
-

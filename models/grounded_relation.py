@@ -464,9 +464,7 @@ def ground_phrasing(
                 joint=joint,
                 figure=relation.figure,
                 each=relation.each,
-                choices=tuple(
-                    c for c in phrasing.choices if c.kind != "ground" or c.name in names
-                ),
+                choices=tuple(c for c in phrasing.choices if c.kind != "ground" or c.name in names),
                 said_when=dict(phrasing.said_when),
                 slots=tuple(names) if any(names) else (),
                 denied=tuple(p.denied for p in together) if any(denied) else (),

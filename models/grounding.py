@@ -145,8 +145,7 @@ class Phrase:
         """
         known = [frame for frame in self.frames or () if frame is not None]
         return {
-            site if m == 0 else f"{site}/{m}": frame
-            for m, frame in enumerate(dict.fromkeys(known))
+            site if m == 0 else f"{site}/{m}": frame for m, frame in enumerate(dict.fromkeys(known))
         }
 
     def if_said(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
@@ -164,9 +163,7 @@ class Phrase:
         says = [one.latents.get(RELIABLE, True) and not one.is_silent for one in self.meanings]
         if all(says):
             return log_p
-        return torch.where(
-            torch.tensor(says).reshape(*self.sizes, *(1,) * after), log_p, otherwise
-        )
+        return torch.where(torch.tensor(says).reshape(*self.sizes, *(1,) * after), log_p, otherwise)
 
     def bins(self, count: int) -> tuple[Tensor, Tensor]:
         """Return angle bins of its frame and their log masses, shape (sizes..., B) each.
@@ -222,22 +219,20 @@ class Phrase:
         """
         given = each or (None,) * len(self.meanings)
         made: dict[Hashable, Tensor] = {}
-        tables = []
-        for one, what in zip(self.meanings, given, strict=True):
-            # Readings and branches have meanings in common, and where it is silent there is none.
-            key = (one.meaning, id(what)) if one.choices else len(tables)
-            if key not in made:
-                made[key] = self._nothing if one.is_silent else table(one, what)
-            tables.append(made[key])
-        cells = tables[0].shape[-1]
+        keys: list[Hashable] = []
+        for n, (one, what) in enumerate(zip(self.meanings, given, strict=True)):
+            # Readings and branches have meanings in common, and one that is silent needs no table.
+            key: Hashable = (one.meaning, id(what)) if one.choices else n
+            keys.append(None if one.is_silent else key)
+            if not one.is_silent and key not in made:
+                made[key] = table(one, what)
+        cells = next((t.shape[-1] for t in made.values()), self.relation.n_cells)
+        nothing = torch.zeros(1, cells, dtype=torch.float64)
+        tables = [nothing if key is None else made[key] for key in keys]
         if len(tables) == 1:
             return tables[0].reshape(*self.sizes, -1, cells)
         rows = torch.broadcast_tensors(*(one.reshape(-1, cells) for one in tables))
         return torch.stack(rows).reshape(*self.sizes, -1, cells)
-
-    @property
-    def _nothing(self) -> Tensor:
-        return torch.zeros(1, self.relation.n_cells, dtype=torch.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -417,9 +412,7 @@ class ProgramData:
             for relations, fixed in zip(self.relations, self.log_weight, strict=True)
         )
 
-    def _log_weight_given(
-        self, relations: tuple[GroundedRelation, ...], fixed: Tensor
-    ) -> Tensor:
+    def _log_weight_given(self, relations: tuple[GroundedRelation, ...], fixed: Tensor) -> Tensor:
         axes = [
             axis for axis in self.reading_axes if any(map(self.shared[axis].is_about, relations))
         ]
@@ -540,7 +533,6 @@ class ProgramData:
                 return replace(found, shared_axis=axis, shared_angles=angles)
         return found
 
-
     def _frames_of(
         self, meanings: Sequence[GroundedRelation]
     ) -> tuple[FrameDistribution | None, ...]:
@@ -615,9 +607,7 @@ def ground_description(
     # numbered: what is asked of the j-th relation that was read means the same with and without.
     return {
         target: terms
-        + tuple(
-            replace(term, index=counts[target] + n) for n, term in enumerate(others[target])
-        )
+        + tuple(replace(term, index=counts[target] + n) for n, term in enumerate(others[target]))
         for target, terms in grounded.items()
     }
 

@@ -279,7 +279,9 @@ def summed_phrase(
         kept: SummedPhrase = data.tables[key]
         return kept._replace(phrase=phrase)
     if phrase.is_of_each_denied:
-        log_g = phrase.over_meanings(lambda one, _: log_none_holds(data, likelihood, one))[..., 0, :]
+        log_g = phrase.over_meanings(lambda one, _: log_none_holds(data, likelihood, one))[
+            ..., 0, :
+        ]
         log_peak = log_g.new_zeros(1)
     else:
         log_g = phrase.over_meanings(
@@ -423,7 +425,9 @@ def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
     rest = [axis for axis in range(1, log_p.dim()) if axis not in axes]
     log_z = torch.logsumexp(log_p + (data.log_shared - log_pi), rest, keepdim=True)
     log_w = data.log_weight_given[i]
-    log_w = log_w.reshape(*(log_w.shape[:-1] if log_w.dim() > 1 else (1,) * len(data.shared)), 1, -1)
+    log_w = log_w.reshape(
+        *(log_w.shape[:-1] if log_w.dim() > 1 else (1,) * len(data.shared)), 1, -1
+    )
     log_e = torch.logsumexp(log_w.movedim(-1, 0) + log_z - log_silent(data, i), 0, keepdim=True)
     log_e = log_e - torch.logsumexp((log_e + log_pi).flatten(), 0)
     return log_z - log_e
@@ -432,9 +436,7 @@ def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
 def log_silent(data: ProgramData, i: int) -> Tensor:
     """Return the log level of each component had no phrase said anything, shape (K, 1..., 1)."""
     model = data.model
-    silent = torch.full(
-        (*(1,) * len(data.shared), 1), data.log_uninformative, dtype=torch.float64
-    )
+    silent = torch.full((*(1,) * len(data.shared), 1), data.log_uninformative, dtype=torch.float64)
     levels = []
     for k, part in enumerate(model.components):
         read = part.terms_it_reads(data.relations[i])

@@ -84,9 +84,7 @@ def sheet_of(
     )
 
 
-def _grounds(
-    posterior: Posterior, target: str, words: tuple[str, ...]
-) -> dict[str, list[str]]:
+def _grounds(posterior: Posterior, target: str, words: tuple[str, ...]) -> dict[str, list[str]]:
     """Return, for each relation, the places it may be about that are probable enough to mark."""
     marked: dict[str, list[str]] = {word: [] for word in words}
     for ground in posterior.grounds(target):
