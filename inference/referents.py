@@ -11,7 +11,7 @@ from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.language import NOT_ON_MAP, Reading, SpatialRelation
 from sloop_ppl.models._choices import Choice, Phrasing, phrasings_of
 
-__all__ = ["GroundPosterior", "ReadingPosterior", "Referent", "referents_of", "readings_of"]
+__all__ = ["GroundPosterior", "ReadingPosterior", "Referent", "readings_of", "referents_of"]
 
 
 class Referent(NamedTuple):

@@ -63,10 +63,13 @@ _MOST_DIMS = 24
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
     """Draw where targets are and how each phrase was meant; observe that the description holds.
 
-    For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
-    lapse l_j ~ Bernoulli(lambda), frame psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) +
-    eps Uniform, and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j = 1 / S in a lapse and else
-    g(s | r_j, psi_j) / sum_s E_psi[g]. Per component of n phrases a composite likelihood,
+    First what phrases share: reading h ~ Cat(pi), branch of each "or", referent gamma_m of each
+    mention ~ Cat(candidates and none), frames, and latents of the model. For each target: component
+    z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads: the referents, frames and
+    latents of its own, psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) + eps Uniform given its
+    referent; lapse l_j ~ Bernoulli(lambda), and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j =
+    g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map, and of
+    a phrase that is not in h. Per component of n phrases a composite likelihood,
     (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
     """
     model, cells = data.model, {}
@@ -136,12 +139,24 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
 
 
 def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
-    """Return the rows of a table (V..., K) at values of latents; one without their axes as it is."""
+    """Return the rows of a table (V..., K) at values of latents; of one without their axes all."""
     if table.dim() == 1:
         return table
     nothing = torch.tensor(0)
     chosen = [nothing if n == 1 else v for v, n in zip(latents, table.shape, strict=False)]
     return table[tuple(torch.broadcast_tensors(*chosen))]
+
+
+def that_matters(table: Tensor) -> Tensor:
+    """Return a table (V..., B) without the axes of latents that it is the same under all values of.
+
+    Another latent's axis would make the frame depend on it.
+    """
+    for axis in range(table.dim() - 1):
+        first = table.narrow(axis, 0, 1)
+        if table.shape[axis] > 1 and torch.equal(table, first.expand_as(table)):
+            table = first
+    return table
 
 
 def plate(
@@ -219,11 +234,9 @@ def draw_frame_angle(
     spread = [frame for frame in phrase.frames if frame is not None and not frame.is_point]
     if frames == "bins" or not spread:
         angles, log_mass = phrase.bins(bins)
-        # Only the latents that matter: another's axis would make the frame depend on it.
-        chosen = [nothing if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
-        masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
-        index = pyro.sample(name, categorical(masses))
-        pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
+        index = pyro.sample(name, categorical(at_latents(that_matters(log_mass), latents)))
+        angle = look_up(that_matters(angles), (*latents, index))
+        pyro.deterministic(name.replace("/frame_", "/angle_"), angle)
         return FrameAngles(list(angles.reshape(len(phrase.meanings), -1)), index)
     own = phrase.own_frames(name)
     if len(spread) < len([frame for frame in phrase.frames if frame is not None]):
@@ -678,10 +691,10 @@ def build(
         Takes no arguments. Sites of target T and its relation j: ``T/component``, ``T/cell``
         (row by row from the south-west), ``T/frame_j`` and ``T/angle_j`` (radians), ``T/lapse_j``,
         ``T/holds_j`` (observed); ``reading``, ``either_g`` and ``ground_k`` where the description
-        leaves its reading, the branch of alternatives g or the referent of mention k open; the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
-        ``T/shared_error``; ``T/together`` (observed) for components that are no product of
-        phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
-        declares by their names.
+        leaves its reading, the branch of alternatives g or the referent of mention k open; the
+        factors ``T/temper``, ``T/normaliser``, ``T/cut`` and ``T/shared_error``; ``T/together``
+        (observed) for components that are no product of phrases; ``frame/G`` where phrases share
+        the frame of ground G; latents that the model declares by their names.
 
     Raises
     ------
