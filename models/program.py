@@ -65,11 +65,11 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
 
     First what phrases share: reading h ~ Cat(pi), branch of each "or", referent gamma_m of each
     mention ~ Cat(candidates and none), frames, and latents of the model. For each target: component
-    z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads: the referents, frames and
-    latents of its own, psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) + eps Uniform given its
-    referent; lapse l_j ~ Bernoulli(lambda), and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j =
-    g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map, and of
-    a phrase that is not in h. Per component of n phrases a composite likelihood,
+    z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads: referents of its own, frame
+    psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) + eps Uniform given its referent, lapse
+    l_j ~ Bernoulli(lambda), and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j is
+    g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map and
+    of a phrase that is not in h. Per component of n phrases a composite likelihood,
     (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
     """
     model, cells = data.model, {}
@@ -83,7 +83,7 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
         log_phi = []
         for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
             summed = summed_phrase(data, likelihood, relation)
-            phrase, log_peak, log_z, log_expected_phi, log_meant = summed
+            phrase, log_expected_phi = summed.phrase, summed.log_phi
             log_phi.append(log_expected_phi)
             if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
                 log_holds = look_up(log_expected_phi, (*shared, cell))
@@ -91,19 +91,7 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
                 name = f"{target}/frame_{j}"
                 angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
-                log_p = log_meant[..., None, :]
-                if not phrase.is_of_each_denied:
-                    log_g = phrase.over_meanings(
-                        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
-                        angles,
-                    )
-                    if model.normalisation == "speaker":  # P(word) among what could have been said
-                        log_g = log_g - phrase.over_meanings(
-                            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle),
-                            angles,
-                        )
-                    log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
-                    log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
+                log_p = log_phrase(data, likelihood, summed, angles)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
@@ -136,6 +124,34 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             log_moved = log_blur(log_p, data.city.grid, model.error_m)
             pyro.factor(f"{target}/shared_error", look_up(log_moved - log_p, at))
     return cells
+
+
+def log_phrase(
+    data: ProgramData, likelihood: RelationLikelihood, summed: SummedPhrase, angles: Sequence[Any]
+) -> Tensor:
+    """Return log phi of a phrase for each front, had it not lapsed, shape (V..., U..., B, S).
+
+    Parameters
+    ----------
+    data, likelihood
+        What the program is run on, and how true a relation is of each cell.
+    summed
+        The phrase, and what it is divided by.
+    angles
+        The fronts of each of its meanings, radians.
+    """
+    phrase, model = summed.phrase, data.model
+    if phrase.is_of_each_denied:  # without fronts of its own
+        return summed.log_meant[..., None, :]
+    log_g = phrase.over_meanings(
+        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)), angles
+    )
+    if model.normalisation == "speaker":  # P(word) among what could have been said
+        log_g = log_g - phrase.over_meanings(
+            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
+        )
+    log_p = log_held(log_g, phrase.relation, model, summed.log_peak) - summed.log_z[..., None, :]
+    return phrase.if_said(log_p, data.log_uninformative, after=2)
 
 
 def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
@@ -310,16 +326,9 @@ def summed_phrase(
     log_p = log_meant = phrase.if_said(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
-        given = phrase.over_meanings(
-            lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
-        )
-        if model.normalisation == "speaker":
-            given = given - phrase.over_meanings(
-                lambda meaning, _: log_vocabulary(likelihood, meaning, angles)
-            )
-        log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
-        log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
-        log_p = phrase.on_shared_axis(log_p)[..., 0, :]
+        kept = SummedPhrase(phrase, log_peak, log_z, log_p, log_meant)
+        given = log_phrase(data, likelihood, kept, [angles] * len(phrase.meanings))
+        log_p = phrase.on_shared_axis(given)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
     log_phi = with_lapse(log_p, model, data.log_uninformative)
