@@ -119,6 +119,7 @@ def describe_set(
             find_map(annotated.map),
             annotated.objects or None,
             viewpoint=annotated.viewpoint,
+            hearer=annotated.hearer,
         )
         found = {relation.figure for relation in utterance.relations}
         read += sum(target in found for target in annotated.targets)

@@ -28,6 +28,7 @@ from sloop_ppl.models import (
     program_data,
     true_places,
 )
+from sloop_ppl.models.grounding import MOST_SETTINGS
 
 __all__ = [
     "DescriptionFactor",
@@ -39,8 +40,6 @@ __all__ = [
 ]
 
 Table = NDArray[np.float64]
-
-_MOST_SETTINGS = 5184
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +110,6 @@ def joint_posterior(
         Target -> log prior over cells, shape (S,).
     log_sensed
         Target -> log likelihood of what was sensed, shape (S,).
-    factors
-        The descriptions.
 
     Raises
     ------
@@ -144,10 +141,10 @@ def joint_posterior(
                 factor.data, target, n_phrases[target], partial(site_name, which=which)
             )
             n_phrases[target] += len(factor.relations(target))
-    if settings > _MOST_SETTINGS:
+    if settings > MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "
-            f"{_MOST_SETTINGS} can be enumerated; use a model without shared frames"
+            f"{MOST_SETTINGS} can be enumerated; use a model without shared frames"
         )
     return JointPosterior(tuple(tables), supports, tuple(phrases))
 
@@ -177,8 +174,6 @@ def weigh(
     ----------
     descriptions
         What the speaker said, one text or more.
-    city, model, engine
-        The map, the observation model and the engine.
     log_prior
         Target -> log prior over cells, shape (S,): where draws are worth making.
     truth

@@ -5,6 +5,7 @@ Shape legend: S cells; K components.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.special import softmax
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["JointPosterior", "LogTable", "sum_product"]
 
 _MOST_NUMBERS = 1 << 28
+"""Of one intermediate table, 2 GiB in float64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,10 +119,7 @@ def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
 
 def _bucket_size(tables: Sequence[LogTable], name: str, sizes: Mapping[str, int]) -> int:
     met = {latent for table in tables if name in table.latents for latent in table.latents}
-    size = 1
-    for latent in met:
-        size *= sizes[latent]
-    return size
+    return math.prod(sizes[latent] for latent in met)
 
 
 class LocalLatents(Protocol):
@@ -241,11 +241,9 @@ class JointPosterior:
         log_p = self.log_weights(*latents, *known)
         position: tuple[Any, ...] = tuple(self._position(n, v) for n, v in known.items())
         log_p = log_p[(..., *position)]
-        top = log_p.max()
-        if not np.isfinite(top):
+        if not np.isfinite(log_p.max()):
             raise InputError(f"What is given is impossible: {known}")
-        weights = np.exp(log_p - top)
-        normalised: NDArray[np.float64] = weights / weights.sum()
+        normalised: NDArray[np.float64] = softmax(log_p)
         return normalised
 
     def table(self, *latents: str, given: Mapping[str, Any] | None = None) -> xarray.DataArray:

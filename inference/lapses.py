@@ -47,12 +47,8 @@ def lapses_of(
 
     Parameters
     ----------
-    joint
-        The joint posterior.
     factors
         The descriptions; a model without lapses gives 0 throughout.
-    target
-        Id of the target.
 
     Notes
     -----

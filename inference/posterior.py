@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
@@ -426,8 +427,7 @@ class Posterior:
             for index in range(len(factor.about(target))):
                 own = [t for t in factor.relations(target) if t.index == index]
                 log_p = sum(PhraseTables(factor.data, term).log_phi_alone for term in own)
-                table = np.exp(log_p - np.max(log_p))
-                tables.append((table / table.sum()).reshape(self.city.grid.shape))
+                tables.append(softmax(log_p).reshape(self.city.grid.shape))
         return tuple(tables)
 
     def lapses(self, target: str) -> tuple[Lapse, ...]:

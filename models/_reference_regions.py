@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import RELATIONS, WHOLE_MAP, Relation
+from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Relation
 from sloop_ppl.language.relations import Region
-from sloop_ppl.maps import CityMap, Grid, LandmarkFields
+from sloop_ppl.maps import CityMap, Grid, Landmark, LandmarkFields
 from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
@@ -32,23 +32,27 @@ __all__ = [
     "between_region",
     "distance_from",
     "ground_distance_m",
+    "is_hearer",
     "is_map",
     "map_region",
     "meeting_point",
+    "point_fields",
     "reference_region_of",
     "shape_fields",
+    "with_points",
 ]
 
 BESIDE_M = 5.0
-"""How far from a street's edge, or from a wall, one still is along it, metres."""
+"""How far from a street's edge, or from a wall, one still is along it, metres: a verge."""
 
 OPPOSITE_M = 15.0
-"""How deep the other side of a street is, metres."""
+"""How deep the other side of a street is, metres: a front garden and part of a house."""
 
 SIDE_SHARE = 0.4
-"""Share of the map's width or height that one of its sides takes."""
+"""Share of the map's width or height that one of its sides takes: over a third, so that sides and
+middle overlap where people differ."""
 
-_LEAST_WIDTH_M = 5.0
+_LEAST_WIDTH_M = 5.0  # a street drawn as a line without a width still is two lanes
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +77,29 @@ def is_map(city: CityMap, ground: str) -> bool:
     return ground == WHOLE_MAP and ground not in city
 
 
+def is_hearer(city: CityMap, ground: str) -> bool:
+    """Tell whether a ground is the place of who listens."""
+    return ground == HEARER and ground not in city
+
+
+def with_points(city: CityMap, points: Mapping[str, tuple[float, float]]) -> CityMap:
+    """Return a map with some points as landmarks too, for regions that take several grounds.
+
+    Parameters
+    ----------
+    city
+        The map.
+    points
+        Id -> (x, y), metres, inside the map or outside.
+    """
+    if not points:
+        return city
+    # A square has the shape it is drawn with; a poi would take that of a building around it.
+    added = tuple(Landmark(name, "square", shapely.Point(xy)) for name, xy in points.items())
+    key = f"with points {sorted(points.items())}"
+    return city.derived(key, lambda: replace(city, landmarks=(*city.landmarks, *added), _cache={}))
+
+
 def reference_region_of(
     relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap, joint: bool
 ) -> ReferenceRegion | None:
@@ -84,8 +111,6 @@ def reference_region_of(
         The canonical word and what it means of this ground.
     grounds
         Ids, distinct.
-    city
-        The map.
     joint
         True to give words with a region and several grounds their own meaning; the map as a
         ground always has its own.
@@ -222,8 +247,6 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
 
     Parameters
     ----------
-    city
-        The map.
     ground
         Id of what one is across from.
     street
@@ -264,13 +287,6 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
 
 def map_region(grid: Grid, record: Relation) -> BaseGeometry:
     """Return the part of a map that a relation to the map itself means.
-
-    Parameters
-    ----------
-    grid
-        The map's cells.
-    record
-        What was said of the map.
 
     Returns
     -------
@@ -315,15 +331,7 @@ REFERENCE_CELL_M = 5.0
 
 
 def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
-    """Return the distance from each cell's centre to the nearest cell of a ground, shape (H, W).
-
-    Parameters
-    ----------
-    city
-        The map.
-    ground
-        Id of the landmark.
-    """
+    """Return the distance from each cell's centre to the nearest cell of a ground, shape (H, W)."""
     return distance_from(city.grid, lambda grid: _on(city, grid).fields(ground))
 
 
@@ -334,8 +342,6 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
     ----------
     shape
         Shapely geometry, metres; it takes the cells it touches.
-    grid
-        The cells.
     """
     west, south, east, north = shape.bounds
     centre = shape.centroid
@@ -351,13 +357,32 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
     )
 
 
+def point_fields(point_m: tuple[float, float], grid: Grid) -> LandmarkFields:
+    """Return distance and bearing of every cell as seen from a point, which may be off the grid.
+
+    Parameters
+    ----------
+    point_m
+        The point, (x, y) in metres. The cell it lies in is its cell; off the grid it has none, so
+        that `distance_m` and `nearest` of the fields, which count from cells, are of no use.
+    grid
+        The cells.
+    """
+    cells = np.zeros(grid.shape, dtype=np.bool_)
+    if grid.contains(*point_m):
+        cells[grid.cell_at(*point_m)] = True
+    return FIELDS.get(
+        (grid, f"point {point_m}"),
+        lambda: landmark_fields(grid, cells, point_m, 0.0),
+        cost_bytes=grid.size * BYTES_PER_CELL,
+    )
+
+
 def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> NDArray[np.float64]:
     """Return the distance from each cell's centre to the nearest cell of a thing, shape (H, W).
 
     Parameters
     ----------
-    grid
-        The cells.
     fields_on
         Returns the fields of the thing on a grid.
 

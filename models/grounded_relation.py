@@ -12,20 +12,32 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from shapely import Point
 from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
-from sloop_ppl.language import NOT_ON_MAP, RELATIONS, WHOLE_MAP, Relation, SpatialRelation
+from sloop_ppl.errors import DescriptionError, InputError
+from sloop_ppl.language import (
+    HEARER,
+    NOT_ON_MAP,
+    RELATIONS,
+    WHOLE_MAP,
+    Distance,
+    Relation,
+    SpatialRelation,
+)
 from sloop_ppl.maps import CityMap, LandmarkFields
 from sloop_ppl.models._choices import Choice, Phrasing
 from sloop_ppl.models._reference_regions import (
     ReferenceRegion,
     distance_from,
     ground_distance_m,
+    is_hearer,
     is_map,
+    point_fields,
     reference_region_of,
     shape_fields,
+    with_points,
 )
 from sloop_ppl.models._vocabulary import speaker_words
 
@@ -34,6 +46,7 @@ __all__ = [
     "as_vocabulary_word",
     "ground_phrasing",
     "ground_relations",
+    "with_hearer",
     "word_options",
 ]
 
@@ -85,6 +98,12 @@ class GroundedRelation:
         Per ground, the places that are all denied ("not near a bank"); empty when there is one.
     is_silent
         True when it says nothing: it is not said, or of a place that is not on the map.
+    distance_bounds
+        The distance that was said, as bounds ("within 50 m", "at least 20 m") with their vagueness;
+        None when none was said. Equal ones are one number, `stated_distance_m`.
+    points
+        Ground that is a point and no landmark, such as the place of who listens -> its (x, y),
+        metres, which may be outside the map.
     """
 
     relation: str
@@ -104,6 +123,8 @@ class GroundedRelation:
     slots: tuple[str | None, ...] = ()
     denied: tuple[tuple[str, ...], ...] = ()
     is_silent: bool = False
+    distance_bounds: Distance | None = None
+    points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def n_cells(self) -> int:
@@ -119,6 +140,11 @@ class GroundedRelation:
     def is_map(self) -> bool:
         """Tell whether the ground is the map itself, which has sides but no frame."""
         return is_map(self.city, self.ground)
+
+    @property
+    def is_point(self) -> bool:
+        """Tell whether it measures from one point that is no landmark and has no known front."""
+        return self.ground in self.points and len(self.grounds) == 1
 
     @cached_property
     def record(self) -> Relation:
@@ -141,13 +167,19 @@ class GroundedRelation:
     @cached_property
     def reference_region(self) -> ReferenceRegion | None:
         """What the relation measures from; None when that is simply its ground."""
-        return reference_region_of(self.relation, self.record, self.grounds, self.city, self.joint)
+        if self.is_point:
+            return None
+        placed = {ground: self.points[ground] for ground in self.grounds if ground in self.points}
+        city = with_points(self.city, placed)
+        return reference_region_of(self.relation, self.record, self.grounds, city, self.joint)
 
     @property
     def fields(self) -> LandmarkFields:
         """The fields of what the relation measures from, shape (H, W)."""
         if self.reference_region is not None:
             return shape_fields(self.reference_region.shape, self.city.grid)
+        if self.is_point:
+            return point_fields(self.points[self.ground], self.city.grid)
         return self.city.fields(self.ground)
 
     @cached_property
@@ -155,29 +187,54 @@ class GroundedRelation:
         """Metres to the ground's nearest cell (of 5 m, on finer grids), shape (S,).
 
         For a corner it is the distance to the farther ground, for between, across, along and the
-        map's sides that to the region they mean.
+        map's sides that to the region they mean, for a point that to the point itself.
         """
         reference_region, city = self.reference_region, self.city
         if reference_region is None:
-            table = ground_distance_m(city, self.ground)
+            table = self._distance_to(self.ground)
         elif reference_region.grounds:
-            each = [ground_distance_m(city, ground) for ground in reference_region.grounds]
-            table = np.maximum.reduce(each)
+            table = np.maximum.reduce([self._distance_to(g) for g in reference_region.grounds])
         else:
             shape = reference_region.shape
             table = distance_from(city.grid, lambda grid: shape_fields(shape, grid))
         return self._at_cells(table)
 
+    def _distance_to(self, ground: str) -> NDArray[np.float64]:
+        """Return the distance from each cell to one of the grounds, shape (H, W)."""
+        if ground in self.points:
+            return point_fields(self.points[ground], self.city.grid).from_centroid_m
+        return ground_distance_m(self.city, ground)
+
     @cached_property
     def off_m(self) -> Tensor:
         """Metres between a cell's distance and the one that is meant, shape (S,).
 
-        It is `distance_m` itself unless a distance was said: "20 m from the bank" means the ring.
-        A likelihood that falls off with this reads said distances by itself.
+        It is `distance_m` itself unless a distance was said: "20 m from the bank" means the ring,
+        "within 20 m" all that is inside. A likelihood that falls off with this reads said distances
+        by itself.
         """
+        if self.has_bounds:
+            return self.below_m + self.above_m
         if self.stated_distance_m is None:
             return self.distance_m
         return (self.distance_m - self.stated_distance_m).abs()
+
+    @property
+    def has_bounds(self) -> bool:
+        """Tell whether bounds on the distance were said, and not one number."""
+        return self.distance_bounds is not None and self.distance_bounds.stated_m is None
+
+    @property
+    def below_m(self) -> Tensor:
+        """Metres by which a cell is nearer than the lower bound of a said distance, shape (S,)."""
+        low = 0.0 if self.distance_bounds is None else self.distance_bounds.low_m
+        return (low - self.distance_m).clamp_min(0.0)
+
+    @property
+    def above_m(self) -> Tensor:
+        """Metres by which a cell is farther than the upper bound of a said distance, shape (S,)."""
+        high = math.inf if self.distance_bounds is None else self.distance_bounds.high_m
+        return (self.distance_m - high).clamp_min(0.0)
 
     @cached_property
     def on_ground(self) -> Tensor:
@@ -192,6 +249,8 @@ class GroundedRelation:
     @cached_property
     def nearest_bearing_rad(self) -> Tensor:
         """Direction from the ground's nearest cell, the centroid's on the ground, shape (S,)."""
+        if self.is_point:
+            return self.bearing_rad
         grid = self.city.grid
         rows, cols = self.fields.nearest
         north = grid.y_m[:, None] - grid.y_m[rows]
@@ -229,7 +288,7 @@ class GroundedRelation:
     @property
     def is_line(self) -> bool:
         """Tell whether the ground is a line, such as a street."""
-        if self.is_map:
+        if self.is_map or self.ground in self.points:
             return False
         return "LineString" in self.city.landmark(self.ground).geometry.geom_type
 
@@ -238,12 +297,16 @@ class GroundedRelation:
         """What the ground is on the map; a poi has the shape of the building it stands in."""
         if self.is_line:
             return "line"
+        if self.ground in self.points:
+            return "point"
         dull = self.is_map or self.city.footprint(self.ground).area > 0
         return "area" if dull else "point"
 
     @property
     def outline(self) -> BaseGeometry:
         """What the relation measures from, as a shape on the map, metres."""
+        if self.is_point:
+            return Point(self.points[self.ground])
         return (
             self.city.footprint(self.ground)
             if self.reference_region is None
@@ -252,7 +315,9 @@ class GroundedRelation:
 
     @property
     def kind(self) -> str:
-        """Kind of the ground, such as ``"building"``; ``"map"`` for the map itself."""
+        """Kind of the ground, such as ``"building"``, ``"map"`` or ``"point"``."""
+        if self.ground in self.points:
+            return "point"
         return "map" if self.is_map else self.city.landmark(self.ground).kind
 
     @property
@@ -301,7 +366,9 @@ class GroundedRelation:
             self.grounds,
             self.negated,
             self.stated_distance_m,
+            self.distance_bounds,
             self.joint,
+            tuple(self.points.get(ground) for ground in self.grounds),
             tuple(sorted(self.latents.items())),
             self.denied,
             self.is_silent,
@@ -389,7 +456,9 @@ class GroundedRelation:
 
     def as_relation(self, word: str) -> GroundedRelation:
         """Return the same grounds in another relation, asserted."""
-        return replace(self, relation=word, negated=False, stated_distance_m=None)
+        return replace(
+            self, relation=word, negated=False, stated_distance_m=None, distance_bounds=None
+        )
 
 
 def ground_relations(
@@ -415,7 +484,8 @@ def ground_relations(
     Notes
     -----
     The ground ``"Map"`` is the map itself unless a landmark has that id: "the top left of the
-    map". It has sides, of which left is west and front is north, and no frame.
+    map". It has sides, of which left is west and front is north, and no frame. Who listens has no
+    place yet; see `with_hearer`.
     """
     return tuple(
         term
@@ -469,6 +539,7 @@ def ground_phrasing(
                 slots=tuple(names) if any(names) else (),
                 denied=tuple(p.denied for p in together) if any(denied) else (),
                 is_silent=phrasing.is_silent,
+                distance_bounds=relation.distance,
             )
         )
     return tuple(terms)
@@ -485,6 +556,42 @@ class _Place(NamedTuple):
     ground: str
     slot: str | None
     denied: tuple[str, ...]
+
+
+def with_hearer(
+    terms: tuple[GroundedRelation, ...], hearer: tuple[float, float] | None
+) -> tuple[GroundedRelation, ...]:
+    """Return terms that know where who listens is, so that it may be their ground.
+
+    Parameters
+    ----------
+    terms
+        The terms of one description.
+    hearer
+        The place, (x, y) in metres, inside the map or outside; None when unknown.
+
+    Raises
+    ------
+    DescriptionError
+        When a ground is who listens, and the place is unknown.
+    """
+    if hearer is not None:
+        return tuple(
+            replace(term, points={**term.points, HEARER: hearer})
+            if is_hearer(term.city, HEARER)
+            else term
+            for term in terms
+        )
+    for term in terms:
+        open_places = {g for c in term.choices if c.kind == "ground" for g in c.support}
+        grounds = open_places.union(term.grounds, *term.denied)
+        if any(is_hearer(term.city, ground) for ground in grounds):
+            raise DescriptionError(
+                f"Relation '{term.relation}' of '{term.figure}' is to who listens, and the field "
+                "'hearer' of the description is not set; expected a place in metres: "
+                "hearer=(x_m, y_m) in Python, --hearer X,Y, or the field 'hearer' of a line"
+            )
+    return terms
 
 
 def word_options(term: GroundedRelation) -> tuple[tuple[GroundedRelation, ...], int]:
@@ -520,6 +627,6 @@ def _split(places: list[_Place], city: CityMap, joint: bool) -> list[tuple[_Plac
 
 
 def _ground_id(ground: str, city: CityMap) -> str:
-    if ground == NOT_ON_MAP:
+    if ground == NOT_ON_MAP or is_map(city, ground) or is_hearer(city, ground):
         return ground
-    return WHOLE_MAP if is_map(city, ground) else city.landmark(ground).id
+    return city.landmark(ground).id

@@ -30,6 +30,7 @@ from sloop_ppl.models.grounded_relation import (
     GroundedRelation,
     as_vocabulary_word,
     ground_phrasing,
+    with_hearer,
 )
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
@@ -54,14 +55,16 @@ _RESERVED = (
 )
 """Names of the program's sites and of the axes of tables."""
 
-MOST_SETTINGS = 5184
-"""Joint values of shared latents that are enumerated."""
+MOST_SETTINGS = 72 * 72
+"""Joint values of shared latents that are enumerated: each has a table of components and cells, so
+that 5184 of a map of 41 x 41 cells and two components take 140 MB."""
 
 _MOST_NUMBERS = 1 << 23
 """Numbers in the table of a target, beyond which what a description leaves open is cut short."""
 
 _SHARED_BINS = {1: 72, 2: 36}
-"""Angle bins of each frame when so many are shared."""
+"""Angle bins of each frame when so many are shared: 36 each for two leave room for a latent of four
+values beside them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +98,7 @@ class SharedFrame:
     @property
     def log_prior(self) -> Tensor:
         """Log prior of its values, shape (B,)."""
-        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))
+        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))  # far off, mass underflows
 
 
 @dataclass(frozen=True, eq=False)
@@ -583,6 +586,8 @@ def ground_description(
     ------
     UnknownName
         When a ground is not on the map.
+    DescriptionError
+        When a ground is who listens, and the description does not say where that is.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
@@ -598,7 +603,7 @@ def ground_description(
                 if one.relation.figure == target.id:
                     own += [
                         replace(term, description=position) if position else term
-                        for term in _grounded(one, before, city, model)
+                        for term in with_hearer(_grounded(one, before, city, model), text.hearer)
                     ]
             main = tuple(term for term in own if term.index >= 0)
             grounded[target.id] = grounded.get(target.id, ()) + main
@@ -834,15 +839,10 @@ def _shared_frames(
     shared = []
     for ground in several:
         about = [relation for relation in framed if relation.ground == ground]
-        prior = model.frame_prior_for(min(about, key=_by_class))
+        prior = model.frame_prior_for(min(about, key=lambda r: (r.record.absolute, r.relation)))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
-
-
-def _by_class(relation: GroundedRelation) -> tuple[bool, str]:
-    """Order frame phrases: front and behind, which mean the ground's own front, come first."""
-    return relation.record.absolute, relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: ObservationModel) -> None:

@@ -8,7 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.models.frames import FrameDistribution, FramePart, FramePrior
+from sloop_ppl.models.frames import (
+    FrameDistribution,
+    FramePart,
+    FramePrior,
+    UniformFrame,
+)
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.presets import ObservationModel
 
@@ -28,6 +33,10 @@ class GivenFrames:
             if ground is None or ground == term.ground:
                 return FrameDistribution((FramePart(angle, math.inf),))
         return self.otherwise(term)
+
+    def of_point(self, term: GroundedRelation) -> FrameDistribution:
+        """Return which way a point faces, such as who listens: as it was set, else any way."""
+        return replace(self, otherwise=UniformFrame())(term)
 
 
 def intervene(model: ObservationModel, do: Mapping[str, Any] | None) -> ObservationModel:

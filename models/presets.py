@@ -10,7 +10,12 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models._guard import guarded, trusted
 from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.components import Component
-from sloop_ppl.models.frames import FrameDistribution, FramePrior, PredictedPoint
+from sloop_ppl.models.frames import (
+    FrameDistribution,
+    FramePrior,
+    PredictedPoint,
+    UniformFrame,
+)
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.likelihoods import LIKELIHOODS, RelationLikelihood
@@ -139,13 +144,19 @@ class ObservationModel:
         """Return the prior of the front that a phrase depends on; None when it depends on none.
 
         Under ``"speaker"`` normalisation every phrase does, since the front decides what else
-        could have been said; that prior is the one of "front" for all words.
+        could have been said; that prior is the one of "front" for all words. Which way who listens
+        faces, or a thing that is searched for, no one knows: any way, unless it is set from
+        outside.
         """
         if term.is_silent:
             return None
-        if self.normalisation == "speaker":
-            return self.frame_prior(term.as_relation("front"))
-        return self.frame_prior(term) if term.needs_frame else None
+        speaks = self.normalisation == "speaker"
+        if not speaks and not term.needs_frame:
+            return None
+        prior = self.frame_prior
+        if term.is_point:
+            prior = getattr(self.frame_prior, "of_point", UniformFrame())
+        return prior(term.as_relation("front") if speaks else term)
 
     def log_uninformative(self, cells: int) -> float:
         """Return the log probability of a phrase that says nothing, the same at every cell.

@@ -58,6 +58,7 @@ counts from there, or Pyro's contraction would multiply 1e-600 by 1e600."""
 
 _ONE = torch.ones(())
 _MOST_DIMS = 24
+"""Sites that get a dim each: well below the 64 that torch has for them and for tables together."""
 
 
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
@@ -227,15 +228,11 @@ def draw_frame_angle(
     name
         Name of the site, ``T/frame_j``; in bins the angle itself is the deterministic site
         ``T/angle_j``.
-    phrase
-        The phrase.
     latents
         Values of the latents that its tables have axes for.
     frames
         From bins or from the density. In bins the frame is Categorical given the latents; a
         density has one site for each ground that may be meant, ``T/frame_j/m`` for the others.
-    bins
-        Number of bins.
 
     Raises
     ------
@@ -361,6 +358,9 @@ def log_expected(
 
 
 _SPEAKER_BINS = 360
+"""Fronts of a speaker: a sum over a vocabulary has no closed form, so each front takes the tables
+of all words, four times as many for 1440. A kink is
+off by 1e-4 in log E[g], a smooth g by nothing."""
 
 
 def component_tables(
@@ -370,12 +370,6 @@ def component_tables(
 
     Parameters
     ----------
-    data
-        The program's data.
-    likelihood
-        How true a relation is of each cell.
-    i
-        Position of the target.
     log_phi
         Each phrase with its own latents summed out, shape (V..., S).
 
@@ -493,8 +487,6 @@ def word_weights(
 
     Parameters
     ----------
-    likelihood
-        How true a relation is of each cell.
     options
         What could have been said; see `sloop_ppl.models.grounded_relation.word_options`.
     frame_angles_rad
@@ -608,6 +600,8 @@ def log_held(
 
 
 _PEAK_ANGLES = 72
+"""Fronts that the greatest g is looked for at: 5 degrees apart, the peak of a von Mises shape is
+met to within kappa (1 - cos 2.5 degrees), .003 nats for kappa 3."""
 
 
 def with_lapse(log_p: Tensor, model: ObservationModel, log_uninformative: float) -> Tensor:
@@ -787,8 +781,6 @@ def check_density(data: ProgramData, what: str, *, points: bool = True) -> None:
 
     Parameters
     ----------
-    data
-        What a program is run on.
     what
         What needs the density, for the message.
     points
@@ -825,3 +817,4 @@ def check_size(data: ProgramData, bins: int) -> None:
 
 
 _MOST_NUMBERS = 200_000_000
+"""Of one table: 1.6 GB in float64, and enumeration holds a few of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import torch
@@ -9,10 +10,11 @@ from torch import Tensor
 
 from sloop_ppl.models.grounded_relation import GroundedRelation
 
-__all__ = ["SAID_SHARE", "log_student", "stated_width_m"]
+__all__ = ["SAID_SHARE", "bound_width_m", "log_bounds", "log_student", "stated_width_m"]
 
 SAID_SHARE = 0.25
-"""Width of the ring that a said distance means, as a share of that distance."""
+"""Least width of the ring that a said distance means, as a share of that distance: by hand. People
+round distances, so the error grows with them (Weber's law)."""
 
 
 def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
@@ -20,15 +22,62 @@ def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
 
     Parameters
     ----------
-    term
-        The relation.
     least_m
         Least width, metres; a float or a tensor.
     """
     if term.stated_distance_m is None:
         return None
-    width = SAID_SHARE * term.stated_distance_m
-    return torch.clamp_min(least_m, width) if isinstance(least_m, Tensor) else max(least_m, width)
+    bounds = term.distance_bounds
+    share = SAID_SHARE if bounds is None else max(SAID_SHARE, bounds.vagueness)
+    return _at_least(least_m, share * term.stated_distance_m)
+
+
+def bound_width_m(bound_m: float, vagueness: float, least_m: Any) -> Any:
+    """Return how far beyond a said bound truth reaches: one standard deviation, metres.
+
+    Parameters
+    ----------
+    bound_m
+        The bound, metres, finite.
+    vagueness
+        Standard deviation as a share of the bound.
+    least_m
+        Width of the relation's own fall-off, metres; a float or a tensor.
+    """
+    return _at_least(least_m, vagueness * bound_m)
+
+
+def log_bounds(term: GroundedRelation, width_m: Any) -> Tensor | None:
+    """Return the log of the distance factor of a relation with bounds, shape (S,); None without.
+
+    Parameters
+    ----------
+    term
+        The relation.
+    width_m
+        Width of its own fall-off, metres; a float or a tensor.
+
+    Notes
+    -----
+    Source: ours. 1 from the lower to the upper bound ("within 50 m", "50 to 100 m", "at least
+    50 m"), beyond each a Gaussian whose standard deviation is its vagueness times the bound and
+    at least the relation's own width. Equal bounds are one distance, a ring: `stated_width_m`.
+    """
+    bounds = term.distance_bounds
+    if bounds is None or not term.has_bounds:
+        return None
+    log_fall = torch.zeros_like(term.distance_m)
+    for bound_m, off_m in ((bounds.low_m, term.below_m), (bounds.high_m, term.above_m)):
+        if math.isfinite(bound_m):
+            sigma_m = bound_width_m(bound_m, bounds.vagueness, width_m)
+            log_fall = log_fall - off_m**2 / (2 * sigma_m**2)
+    return log_fall
+
+
+def _at_least(least_m: Any, width_m: float) -> Any:
+    return (
+        torch.clamp_min(least_m, width_m) if isinstance(least_m, Tensor) else max(least_m, width_m)
+    )
 
 
 def log_student(off_m: Tensor, width_m: Any, tail: Any) -> Tensor:

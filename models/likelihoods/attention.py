@@ -17,12 +17,12 @@ from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._marginal import marginal_over
 from sloop_ppl.models.likelihoods._parameters import Parameter, width_parameter
-from sloop_ppl.models.likelihoods._radial import log_student, stated_width_m
+from sloop_ppl.models.likelihoods._radial import log_bounds, log_student, stated_width_m
 
 __all__ = ["AttentionVectorSumLikelihood", "attended_bearing_rad"]
 
-_POINTS, _ELEMENTS = 256, 1 << 19
-_LEAST_DISTANCE_M = REFERENCE_CELL_M / 2
+_POINTS, _ELEMENTS = 256, 1 << 19  # points of a ground; distances of one chunk, 4 MiB
+_LEAST_DISTANCE_M = REFERENCE_CELL_M / 2  # a cell on the ground: a beam of width 0 has no mean
 
 
 @dataclass(frozen=True)
@@ -119,10 +119,12 @@ class AttentionVectorSumLikelihood:
         return over.clamp_min(self.floor).log().T
 
     def _log_radial(self, term: GroundedRelation) -> Tensor:
-        width: Any = stated_width_m(term, self.contact_m)
-        if width is None:
-            own = {"contact": self.contact_m, "directed": self.directed_m}
-            width = own.get(term.width, self.near_m)
+        own = {"contact": self.contact_m, "directed": self.directed_m}
+        width: Any = own.get(term.width, self.near_m)
+        bounded = log_bounds(term, width)
+        if bounded is not None:
+            return bounded
+        width = stated_width_m(term, self.contact_m) or width
         return log_student(term.off_m, width, self.tail)
 
 
@@ -131,8 +133,6 @@ def attended_bearing_rad(term: GroundedRelation, attention: Any) -> tuple[Tensor
 
     Parameters
     ----------
-    term
-        The relation.
     attention
         Width of the beam as a share of the distance to the ground, > 0.
 

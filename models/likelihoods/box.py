@@ -13,7 +13,7 @@ from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._cosine import bessel_ratios
-from sloop_ppl.models.likelihoods._radial import stated_width_m
+from sloop_ppl.models.likelihoods._radial import bound_width_m, stated_width_m
 
 __all__ = ["BoxLikelihood"]
 
@@ -39,10 +39,10 @@ class BoxLikelihood:
 
     quadrature_error: ClassVar[float] = 2e-3  # it jumps with direction
 
-    contact_m: float = 7.5
+    contact_m: float = 7.5  # a cell of 5 m and half the next
     near_m: float = 30.0
     directed_m: float = 40.0
-    half_angle_rad: float = math.pi / 3
+    half_angle_rad: float = math.pi / 3  # compass words, 45 degrees apart, overlap
     floor: float = 1e-6
 
     def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
@@ -69,6 +69,7 @@ class BoxLikelihood:
             if math.isinf(part.kappa):
                 mass = (torch.cos(x) >= math.cos(h)).double()
             else:
+                # A_n is about exp(-n^2 / (2 kappa)): e^-32 at n = 8 sqrt(kappa), up to kappa 6e4.
                 count = min(24 + int(8 * math.sqrt(float(part.kappa))), 2000)
                 mass = torch.full_like(x, h / math.pi)
                 for n, a in enumerate(bessel_ratios(float(part.kappa), count)[1:], start=1):
@@ -78,10 +79,16 @@ class BoxLikelihood:
         return self._log(share * self._within(term))
 
     def _within(self, term: GroundedRelation) -> Tensor:
-        reach = stated_width_m(term, self.contact_m)
-        if reach is None:
-            own = {"contact": self.contact_m, "directed": self.directed_m}
-            reach = own.get(term.width, self.near_m)
+        own = {"contact": self.contact_m, "directed": self.directed_m}
+        reach = own.get(term.width, self.near_m)
+        bounds = term.distance_bounds
+        if bounds is not None and term.has_bounds:  # a deviation beyond each bound, as of a ring
+            near = bound_width_m(bounds.low_m, bounds.vagueness, self.contact_m)
+            far = bound_width_m(bounds.high_m, bounds.vagueness, self.contact_m)
+            both: Tensor = (term.below_m <= near) & (term.above_m <= far)
+            return both
+        stated = stated_width_m(term, self.contact_m)
+        reach = reach if stated is None else stated
         within: Tensor = term.off_m <= reach
         return within
 

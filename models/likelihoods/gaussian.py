@@ -14,7 +14,7 @@ from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.likelihoods._base import LIKELIHOODS
 from sloop_ppl.models.likelihoods._cosine import expected_cosine
 from sloop_ppl.models.likelihoods._parameters import Parameter, clamped, width_parameter
-from sloop_ppl.models.likelihoods._radial import stated_width_m
+from sloop_ppl.models.likelihoods._radial import log_bounds, stated_width_m
 
 __all__ = ["GaussianLikelihood"]
 
@@ -44,7 +44,8 @@ class GaussianLikelihood:
     Source: SLOOP eq. (5) and (6). `clipped` with `from_centroid` is the published code
     (widths 3 cells, 1 cell, 1 to 4 cells of 5 m); neither is the paper's text. Widths are kept
     in metres, so that a finer grid keeps the belief. A said distance replaces the fall-off by a
-    Gaussian around it whose width is a quarter of it, at least `at_m`: ours, the paper ignores it.
+    Gaussian around it whose width is a quarter of it, at least `at_m`, bounds on one by
+    `log_bounds`: ours, the paper ignores both.
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -89,6 +90,9 @@ class GaussianLikelihood:
         return torch.where(term.at_centroid, mean, factor).log() + radial
 
     def _log_radial(self, term: GroundedRelation) -> Tensor:
+        bounded = log_bounds(term, self._width_m(term))
+        if bounded is not None:
+            return bounded
         width = stated_width_m(term, self.at_m) or self._width_m(term)
         log_fall: Tensor = -(term.off_m**2) / (2 * width**2)
         return log_fall

@@ -11,13 +11,14 @@ import shapely
 
 from sloop_ppl.bridge.relation_text import (
     facing,
+    ground_label,
     meant_lines,
     percent,
     reading_lines,
     relations_in_words,
 )
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
-from sloop_ppl.maps.whereabouts import whereabouts
+from sloop_ppl.maps._whereabouts import whereabouts
 
 if TYPE_CHECKING:
     import xarray
@@ -26,10 +27,14 @@ if TYPE_CHECKING:
 
 __all__ = ["explain_lines"]
 
+# Within this of a place counts as at the place, and moves beyond it as moves: three cells of 5 m.
 _NEAR_M = 15.0
+# Factor by which the probability of a lapse must have grown to be worth a line.
 _SUSPECT = 1.5
+# A prior probability from which a front is taken as certain.
 _CERTAIN = 1 - 1e-9
 _MOST_PLACES = 3
+# Tail probability below which a word is called surprising.
 _SURPRISING = 0.1
 
 
@@ -112,9 +117,10 @@ def _frames(posterior: Posterior, target: str) -> Iterator[str]:
         frame = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = frame["angle"].values, frame["prior"].values
         modes = modes_of(frame.values, angles)
-        label = posterior.city.landmark(framed.term.ground).label
+        label = ground_label(posterior.city, framed.term.ground)
         directions = []
         for mean, _ in modes:
+            # cos(45 degrees) = sqrt(1 / 2): an eighth of a turn to either side.
             near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
             before, after = float(prior[near].sum()), float(frame.values[near].sum())
             sure = f"{percent(after)} within 45° of that (was {percent(before)})"
@@ -166,12 +172,13 @@ def _changes(
     for framed in posterior.framed(target):
         table = posterior.joint_frame(target, framed.relation, framed.term.ground)
         mean = _mean(table.sum(("y", "x")))
+        # The quarter turn about the direction opposite to the mean.
         opposite = table[np.cos(table["angle"].values - mean) <= -math.sqrt(0.5)].sum("angle")
         if float(opposite.sum()) < 1e-6:
             continue
         other = mode_m(opposite.values, city.grid)
         if math.dist(mode, other) > _NEAR_M:
-            label = city.landmark(framed.term.ground).label
+            label = ground_label(city, framed.term.ground)
             yield (
                 f"  if {label} faced {facing(mean + math.pi)}: most probably "
                 f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"

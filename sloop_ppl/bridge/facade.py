@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,8 @@ def parse(
     targets: Sequence[TargetObject] | None = None,
     parser: str = "rules",
     viewpoint: Viewpoint = "map",
+    *,
+    hearer: tuple[float, float] | None = None,
 ) -> Description:
     """Read what a text says about where targets are.
 
@@ -42,6 +45,9 @@ def parse(
     viewpoint
         ``"map"`` for who looks at a map, whose up is north; ``"ground"`` for who stands in the
         city. See :class:`sloop_ppl.language.Description`.
+    hearer
+        Where who listens is, x and y in metres, inside the map or outside: what "north of you"
+        measures from.
 
     Returns
     -------
@@ -52,8 +58,10 @@ def parse(
     ------
     UnknownName
         When there is no such parser, map or viewpoint.
+    DescriptionError
+        When `hearer` is not two finite numbers.
     """
-    return language.parse(text, _city(city), targets, parser, viewpoint)
+    return language.parse(text, _city(city), targets, parser, viewpoint, hearer=hearer)
 
 
 def infer(
@@ -65,6 +73,7 @@ def infer(
     truth: Mapping[str, tuple[float, float]] | None = None,
     do: Mapping[str, Any] | None = None,
     rng: np.random.Generator | None = None,
+    hearer: tuple[float, float] | None = None,
 ) -> Posterior:
     """Infer where the targets of a description are.
 
@@ -90,6 +99,8 @@ def infer(
         ``{"component": "product"}``.
     rng
         Wanted by engines that draw, ignored by exact ones.
+    hearer
+        Where who listens is, x and y in metres; that of the description when None.
 
     Returns
     -------
@@ -104,6 +115,8 @@ def infer(
         For an unknown model, engine, map or ground.
     InputError
         For a prior that is not one, a missing truth, or a description or map of another type.
+    DescriptionError
+        When a relation is to who listens, and `hearer` is not given or no place.
     BeliefCollapse
         When the prior excludes all that the description allows.
 
@@ -125,12 +138,16 @@ def infer(
     from sloop_ppl.inference import infer_description  # torch, which reading a text does without
 
     where = _city(city)
-    utterance = parse(description, where) if isinstance(description, str) else description
+    utterance = description
+    if isinstance(description, str):
+        utterance = parse(description, where, hearer=hearer)
     if not isinstance(utterance, Description):
         raise InputError(
             f"What was said is a {type(utterance).__name__}; expected a text, or a Description as "
             "sloop_ppl.parse returns it"
         )
+    if hearer is not None:
+        utterance = replace(utterance, hearer=hearer)
     if not utterance.relations:
         raise no_relation_found(utterance, where)
     posterior, _ = infer_description(

@@ -82,6 +82,8 @@ def parse(
     targets: Sequence[TargetObject] | None = None,
     parser: str | Parser = "rules",
     viewpoint: Viewpoint = "map",
+    *,
+    hearer: tuple[float, float] | None = None,
 ) -> Description:
     """Read what a text says about where objects are on a map.
 
@@ -98,6 +100,8 @@ def parse(
         Name of a registered parser, ``"module:name"`` of one of yours, or a parser.
     viewpoint
         Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
+    hearer
+        Where who listens is, (x_m, y_m), inside the map or outside; None when no one knows.
 
     Returns
     -------
@@ -112,7 +116,7 @@ def parse(
     InputError
         When `text` is not a string.
     DescriptionError
-        When two targets share an id.
+        When two targets share an id, or `hearer` is not two finite numbers.
 
     Examples
     --------
@@ -128,7 +132,9 @@ def parse(
         targets = tuple(targets)
         check_targets(targets)
     found = read(text, city, targets)
-    return found if viewpoint == found.viewpoint else replace(found, viewpoint=viewpoint)
+    if viewpoint != found.viewpoint:
+        found = replace(found, viewpoint=viewpoint)
+    return found.placed(hearer)
 
 
 def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> Description:

@@ -327,7 +327,7 @@ class Description:
     UnknownName
         For another viewpoint.
     DescriptionError
-        When the probabilities of `readings` do not sum to one.
+        When the probabilities of `readings` do not sum to one, or `hearer` is no place.
     """
 
     text: str
@@ -342,6 +342,8 @@ class Description:
 
     def __post_init__(self) -> None:
         check_viewpoint(self.viewpoint)
+        if self.hearer is not None:
+            object.__setattr__(self, "hearer", _checked_place(self.hearer))
         total = sum(reading.probability for reading in self.readings)
         if self.readings and not abs(total - 1) < 1e-6:
             raise DescriptionError(
@@ -370,6 +372,34 @@ class Description:
         """Return the relations whose figure is this target, in the order they were said."""
         return tuple(r for r in self.relations if r.figure == target_id)
 
+    def placed(self, hearer: tuple[float, float] | None) -> Description:
+        """Return it as said to someone at a place, (x_m, y_m).
+
+        What is told from the hearer's place says nothing while no one knows it: without one, those
+        relations stand among `unresolved`.
+        """
+        if hearer is not None:
+            return replace(self, hearer=hearer)
+        told = [r for r in self.relations if HEARER in r.grounds and r.spans is not None]
+        if not told:
+            return self
+        spans = {
+            (min(r.spans.relation[0], r.spans.grounds[0][0]), r.spans.grounds[-1][1])
+            for r in told
+            if r.spans is not None
+        }
+        loose = tuple(Unresolved(self.text[slice(*s)], s, status="other") for s in sorted(spans))
+        unresolved = sorted((*self.unresolved, *loose), key=lambda u: u.span)
+        return replace(
+            self,
+            relations=tuple(r for r in self.relations if r not in told),
+            unresolved=tuple(unresolved),
+            readings=tuple(
+                replace(h, relations=tuple(r for r in h.relations if HEARER not in r.grounds))
+                for h in self.readings
+            ),
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop parse --json`` prints: one relation entry per ground."""
         return {
@@ -391,6 +421,25 @@ class Description:
                 for u in self.unresolved
             ],
         }
+
+
+def _checked_place(place: Any) -> tuple[float, float]:
+    """Return the place of who listens as two floats.
+
+    Raises
+    ------
+    DescriptionError
+        When it is not two finite numbers.
+    """
+    try:
+        x, y = (float(number) for number in place)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise DescriptionError(
+            f"The place 'hearer' is {place!r}; expected two finite numbers, (x_m, y_m) in metres"
+        )
+    return x, y
 
 
 def check_viewpoint(name: str) -> Viewpoint:

@@ -162,13 +162,12 @@ def test_cells_are_those_of_the_map_that_is_found(read):
         ({"id": 7}, "field 'id' is 7; expected a text"),
         ({"text": "  "}, "field 'text' is '  '; expected a text"),
         ({"map": None}, "field 'map' is missing; expected a text"),
-        ({"relations": None}, "field 'relations' is missing; expected a list"),
         ({"relations": {}}, "field 'relations' is a dict; expected a list"),
         ({"relations": ["on"]}, "field 'relations[0]' is a str; expected an object"),
         ({"targets": []}, "field 'targets' is a list; expected an object"),
         (
             {"targets": {"RedBike": {"east_m": 1.0}}, "relations": []},
-            "field 'targets.RedBike.north_m' is missing; expected a number",
+            "field 'targets.RedBike.north_m' is missing; expected a finite number",
         ),
         (
             {"targets": {"RedBike": {"east_m": float("nan"), "north_m": 0}}, "relations": []},
@@ -250,7 +249,10 @@ def test_a_fault_names_file_line_field_and_what_was_expected(read, tmp_path, cha
             {"relations": [entry("behnd", "HoytBlock")]},
             ["field 'relations[0].relation'", "'behnd'", "did you mean 'behind'?"],
         ),
-        ({"frames": [{"ground": "x", "relation": "front"}]}, ["field 'frames[0].ground'", "'x'"]),
+        (
+            {"frames": [{"ground": "x", "relation": "front", "front_deg": 0}]},
+            ["field 'frames[0].ground'", "'x'"],
+        ),
     ],
 )
 def test_a_fault_passes_on_what_the_registry_would_have_accepted(read, changes, words):
@@ -308,3 +310,58 @@ def test_the_published_descriptions_are_read_whole():
 
 def test_the_examples_are_read():
     assert len(bundled_examples()) >= 28
+
+
+def test_a_line_may_say_where_who_listens_was_and_which_area_is_searched(read):
+    (annotated,) = read(
+        line(
+            hearer={"east_m": -300, "north_m": 12.5},
+            area_m=[-50, -100, 60.5, 40],
+            relations=[entry("north", "Hearer")],
+        )
+    )
+    assert annotated.hearer == (-300.0, 12.5)  # outside the map
+    assert annotated.area_m == (-50.0, -100.0, 60.5, 40.0)
+    city = load_map("cleveland")
+    assert annotated.description(city).hearer == (-300.0, 12.5)
+    (relation,) = annotated.relations
+    assert relation.ground == "Hearer"
+    (plain,) = read(line(relations=[entry("north", "Hearer")]))  # gold may hold it
+    assert plain.hearer is None
+    assert plain.area_m is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"hearer": [1, 2]}, "field 'hearer' is a list; expected an object"),
+        ({"hearer": {"east_m": 1}}, "field 'hearer.north_m' is missing; expected a finite number"),
+        (
+            {"hearer": {"east_m": 1, "north_m": float("inf")}},
+            "field 'hearer.north_m' is inf; expected a finite number",
+        ),
+        (
+            {"area_m": [0, 0, 1]},
+            "field 'area_m' is [0, 0, 1]; expected four numbers: west, south, east, north",
+        ),
+        (
+            {"area_m": [0, 0, "1", 2]},
+            "field 'area_m' is [0, 0, '1', 2]; expected four numbers: west, south, east, north",
+        ),
+        (
+            {"area_m": [10, 0, 5, 2]},
+            (
+                "field 'area_m' is [10.0, 0.0, 5.0, 2.0]; expected west < east and south < north, "
+                "metres"
+            ),
+        ),
+        (
+            {"area_m": [500, 0, 600, 50]},
+            "field 'area_m' is [500.0, 0.0, 600.0, 50.0], none of which is on the map",
+        ),
+    ],
+)
+def test_a_hearer_or_an_area_that_is_none_is_a_fault(read, changes, fault):
+    with pytest.raises(InputError) as caught:
+        read(line(**changes))
+    assert str(caught.value).endswith(fault)
