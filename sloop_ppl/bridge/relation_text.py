@@ -11,6 +11,7 @@ from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import GroundPosterior, Posterior
+    from sloop_ppl.language import Reading
 
 __all__ = [
     "distance_in_words",
@@ -25,6 +26,8 @@ __all__ = [
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
+# Readings that are less probable, before and after, are not told of.
+_LEAST_READING = 0.01
 
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
@@ -73,16 +76,33 @@ def meant_lines(posterior: Posterior, target: str) -> list[str]:
 def reading_lines(posterior: Posterior) -> list[str]:
     """Return a line for each description with several readings: which was probably meant."""
     lines = []
-    for which in range(len(posterior.descriptions)):
-        readings = posterior.readings(which)
+    for which, description in enumerate(posterior.descriptions):
+        readings = [
+            one for one in posterior.readings(which) if max(one.p, one.prior) >= _LEAST_READING
+        ]
         if len(readings) > 1:
-            shares = []
-            for reading, prior, p in sorted(readings, key=lambda one: -one.p):
-                phrases = [f"{r.figure} {_in_words(r, posterior.city)}" for r in reading.relations]
-                words = f"“{'; '.join(phrases)}”" if phrases else "nothing of it"
-                shares.append(f"{words} {p:.2f} (was {prior:.2f})")
+            several = len(description.targets) > 1
+            shares = [
+                f"{_reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
+                f"(was {one.prior:.2f})"
+                for one in sorted(readings, key=lambda one: -one.p)
+            ]
             lines.append(f"reading: {', '.join(shares)}")
     return lines
+
+
+def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
+    """Return what a reading says, the sides of an alternative with "or" between them."""
+    words = ""
+    before: tuple[int, int] | None = None
+    for relation in reading.relations:
+        either = relation.either
+        is_other = either is not None and before is not None and either[0] == before[0]
+        link = " or " if is_other and either != before else ", "
+        figure = f"{relation.figure} " if several else ""
+        words += f"{link if words else ''}{figure}{_in_words(relation, city)}"
+        before = either
+    return f"“{words}”" if words else "nothing of it"
 
 
 def _texts_of(posterior: Posterior, target: str) -> list[str]:
