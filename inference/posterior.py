@@ -769,8 +769,9 @@ class Posterior:
         """Return a declared latent and its name in the joint posterior."""
         for which, factor in enumerate(self.factors):
             for latent in (*factor.data.shared, *factor.data.own):
-                is_it = isinstance(latent, Latent) and site_name(latent.name, which) == name
-                if is_it and name in self.joint.latents:
+                if not isinstance(latent, Latent) or name not in self.joint.latents:
+                    continue
+                if site_name(latent.name, which) == name:
                     return latent, name
         raise UnknownName("latent of the model", name, self.latents)
 

@@ -393,14 +393,14 @@ class ProgramData:
             )
         )
 
-    @property
-    def reading_axes(self) -> tuple[int, ...]:
-        """Which of the shared latents are readings."""
-        return tuple(
-            axis
+    @cached_property
+    def readings(self) -> dict[int, Latent]:
+        """Which of the shared latents are readings, by their axes."""
+        return {
+            axis: latent
             for axis, latent in enumerate(self.shared)
             if isinstance(latent, Latent) and latent.choice == "reading"
-        )
+        }
 
     @cached_property
     def log_weight_given(self) -> tuple[Tensor, ...]:
@@ -416,9 +416,7 @@ class ProgramData:
         )
 
     def _log_weight_given(self, relations: tuple[GroundedRelation, ...], fixed: Tensor) -> Tensor:
-        axes = [
-            axis for axis in self.reading_axes if any(map(self.shared[axis].is_about, relations))
-        ]
+        axes = [a for a, reading in self.readings.items() if any(map(reading.is_about, relations))]
         if not axes:
             return fixed
         sizes = [len(v.support) if a in axes else 1 for a, v in enumerate(self.shared)]
@@ -445,7 +443,7 @@ class ProgramData:
         given = self.log_weight_given[i]
         if given.dim() == 1:
             return given
-        joint = given + self.log_prior_of(self.reading_axes)
+        joint = given + self.log_prior_of(self.readings)
         return torch.logsumexp(joint.flatten(0, -2), 0)
 
     def framed_phrases(self) -> Iterator[tuple[str, int, Phrase]]:

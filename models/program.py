@@ -260,8 +260,9 @@ def draw_frame_angle(
     # One angle for each ground that may be meant: those of the others are drawn from their priors.
     drawn = {frame: pyro.sample(site, FrameDensity(frame)) for site, frame in own.items()}
     first, *_ = drawn.values()
-    angles = [drawn[frame].reshape(-1) if frame else first.reshape(-1) for frame in phrase.frames]
-    return FrameAngles(angles, torch.arange(first.numel()).reshape(first.shape))
+    each = [first if frame is None else drawn[frame] for frame in phrase.frames]
+    index = torch.arange(first.numel()).reshape(first.shape)
+    return FrameAngles([angle.reshape(-1) for angle in each], index)
 
 
 class SummedPhrase(NamedTuple):
@@ -433,11 +434,11 @@ def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
     readings, where Z_0k is the sum were all phrases silent: a reading is never divided by its own
     sum, which would return the prior over readings.
     """
-    axes = [1 + axis for axis in data.reading_axes]
+    axes = [1 + axis for axis in data.readings]
     if not axes:
         log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
         return log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
-    log_pi = data.log_prior_of(data.reading_axes)
+    log_pi = data.log_prior_of(data.readings)
     rest = [axis for axis in range(1, log_p.dim()) if axis not in axes]
     log_z = torch.logsumexp(log_p + (data.log_shared - log_pi), rest, keepdim=True)
     log_w = data.log_weight_given[i]
@@ -452,18 +453,18 @@ def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
 def log_silent(data: ProgramData, i: int) -> Tensor:
     """Return the log level of each component had no phrase said anything, shape (K, 1..., 1)."""
     model = data.model
-    silent = torch.full((*(1,) * len(data.shared), 1), data.log_uninformative, dtype=torch.float64)
+    table = torch.full((data.n_cells,), data.log_uninformative, dtype=torch.float64)
     levels = []
     for k, part in enumerate(model.components):
         read = part.terms_it_reads(data.relations[i])
-        level = torch.zeros((), dtype=torch.float64)
+        level = 0.0
         if part.is_literal:
-            level = data.log_uninformative * sum(reads[k] for reads in data.reads[i])
+            level = data.log_uninformative * sum(int(reads[k]) for reads in data.reads[i])
         elif read:
-            table = silent.expand(*silent.shape[:-1], data.n_cells)
-            level = COMBINATIONS[part.combine](read, lambda _: table).sum(0).reshape(-1).mean()  # noqa: B023
-        levels.append(torch.as_tensor(level, dtype=torch.float64))
-    log_level = torch.stack(levels).reshape(-1, *(1,) * (len(data.shared) + 1))
+            level = float(COMBINATIONS[part.combine](read, lambda _: table).sum(0).mean())
+        levels.append(level)
+    shape = (-1, *(1,) * (len(data.shared) + 1))
+    log_level = torch.tensor(levels, dtype=torch.float64).reshape(shape)
     if model.temper:
         log_level = log_level * data.n_phrases[i] ** -double(model.temper)
     return log_level
