@@ -151,7 +151,7 @@ class Phrase:
             site if m == 0 else f"{site}/{m}": frame for m, frame in enumerate(dict.fromkeys(known))
         }
 
-    def if_said(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
+    def unless_silent(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
         """Return `log_p` where the phrase says anything and the speaker is reliable, else a number.
 
         Parameters
@@ -425,7 +425,7 @@ class ProgramData:
             read = tuple(
                 one
                 for one in relations
-                if all(one.is_said_in(self.shared[a].name, values[a]) for a in axes)
+                if all(one.belongs_to(self.shared[a].name, values[a]) for a in axes)
             )
             weights = [
                 math.log(part.weight) if self.applies(part, read) else -math.inf
@@ -592,12 +592,12 @@ def ground_description(
     counts: Counter[str] = Counter()
     others: dict[str, tuple[GroundedRelation, ...]] = {}
     for position, text in enumerate(texts):
-        heard = phrasings_of(
+        phrasings = phrasings_of(
             text, sum_readings=model.sum_readings, sum_grounds=model.sum_grounds, text=position
         )
         for target in text.targets:
             before, own = counts[target.id], []
-            for one in heard:
+            for one in phrasings:
                 if one.relation.figure == target.id:
                     own += [
                         replace(term, description=position) if position else term
@@ -652,7 +652,7 @@ def _count(relations: Sequence[GroundedRelation]) -> int:
         if group is None:
             alone += 1
         else:
-            branches.setdefault(group, Counter()).update(one.said_when[group])
+            branches.setdefault(group, Counter()).update(one.holds_when[group])
     return alone + sum(max(counter.values()) for counter in branches.values())
 
 
