@@ -21,6 +21,7 @@ from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
     GroundedRelation,
+    Latent,
     ObservationModel,
     ProgramData,
     ground_description,
@@ -129,7 +130,8 @@ def joint_posterior(
         for name, latent in zip(shared, factor.data.shared, strict=True):
             tables.append(LogTable((name,), latent.log_prior))
             supports[name] = latent.support
-            settings *= len(latent.support)
+            if not isinstance(latent, Latent) or latent.choice is None:
+                settings *= len(latent.support)
         for target, table in factor.log_factors.items():
             component = site_name(f"{target}/component", which)
             names = (*shared, component, f"{target}/cell")
@@ -258,7 +260,8 @@ def check_description(description: Description, city: CityMap) -> None:
             f"The description was read on map '{description.map}'; expected '{city.name}': the "
             "same id is another landmark there"
         )
-    for relation in description.relations:
+    others = (r for reading in description.readings for r in reading.relations)
+    for relation in (*description.relations, *others):
         if relation.figure not in targets:
             raise DescriptionError(
                 f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "

@@ -136,7 +136,8 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
-    if chosen.shared_frames or latents_of(chosen):
+    coupled = chosen.shared_frames or latents_of(chosen)
+    if coupled or not all(description.is_certain for description in descriptions):
         each = [
             infer_description(description, city, chosen, prior=prior)[0]
             for description in descriptions

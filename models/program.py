@@ -64,10 +64,13 @@ _MOST_DIMS = 24
 def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
     """Draw where targets are and how each phrase was meant; observe that the description holds.
 
-    For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
-    lapse l_j ~ Bernoulli(lambda), frame psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) +
-    eps Uniform, and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j = 1 / S in a lapse and else
-    g(s | r_j, psi_j) / sum_s E_psi[g]. Per component of n phrases a composite likelihood,
+    First what phrases share: reading h ~ Cat(pi), branch of each "or", referent gamma_m of each
+    mention ~ Cat(candidates and none), frames, and latents of the model. For each target: component
+    z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads: referents of its own, frame
+    psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) + eps Uniform given its referent, lapse
+    l_j ~ Bernoulli(lambda), and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j is
+    g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map and
+    of a phrase that is not in h. Per component of n phrases a composite likelihood,
     (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
     """
     model, cells = data.model, {}
@@ -75,11 +78,13 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
     likelihood = with_values(model.likelihood, numbers)
     shared = [pyro.sample(v.name, categorical(v.log_prior)) for v in data.shared]
     for i, target in plate(data, frames, "targets", data.targets):
-        component = pyro.sample(f"{target}/component", categorical(data.log_weight[i]))
+        log_weight = at_latents(data.log_weight_given[i], shared)
+        component = pyro.sample(f"{target}/component", categorical(log_weight))
         cells[target] = cell = pyro.sample(f"{target}/cell", categorical(data.log_prior[i]))
         log_phi = []
         for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
-            phrase, log_peak, log_z, log_expected_phi = summed_phrase(data, likelihood, relation)
+            summed = summed_phrase(data, likelihood, relation)
+            phrase, log_expected_phi = summed.phrase, summed.log_phi
             log_phi.append(log_expected_phi)
             if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
                 log_holds = look_up(log_expected_phi, (*shared, cell))
@@ -87,16 +92,7 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
                 name = f"{target}/frame_{j}"
                 angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
-                log_g = phrase.over_meanings(
-                    lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
-                    angles,
-                )
-                if model.normalisation == "speaker":  # P(word) among what could have been said
-                    log_g = log_g - phrase.over_meanings(
-                        lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
-                    )
-                log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
-                log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
+                log_p = log_phrase(data, likelihood, summed, angles)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
@@ -118,9 +114,9 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             log_p = log_l * data.n_phrases[i] ** -double(model.temper)
             pyro.factor(f"{target}/temper", look_up(log_p - log_l, at))
         if model.normalisation == "map":  # each component a distribution over a uniform map
-            log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
-            pyro.factor(f"{target}/normaliser", -look_up(log_z, (component,)))
-            log_p = log_p - log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
+            log_z = log_normaliser(data, i, log_p)
+            pyro.factor(f"{target}/normaliser", -look_up(log_z, at))
+            log_p = log_p - log_z
         if data.cuts.any():
             log_cut = torch.where(data.cuts, cut_below_uniform(log_p), log_p)
             pyro.factor(f"{target}/cut", look_up(log_cut - log_p + (log_l - observed), at))
@@ -129,6 +125,55 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             log_moved = log_blur(log_p, data.city.grid, model.error_m)
             pyro.factor(f"{target}/shared_error", look_up(log_moved - log_p, at))
     return cells
+
+
+def log_phrase(
+    data: ProgramData, likelihood: RelationLikelihood, summed: SummedPhrase, angles: Sequence[Any]
+) -> Tensor:
+    """Return log phi of a phrase for each front, had it not lapsed, shape (V..., U..., B, S).
+
+    Parameters
+    ----------
+    data, likelihood
+        What the program is run on, and how true a relation is of each cell.
+    summed
+        The phrase, and what it is divided by.
+    angles
+        The fronts of each of its meanings, radians.
+    """
+    phrase, model = summed.phrase, data.model
+    if phrase.is_of_each_denied:  # without fronts of its own
+        return summed.log_meant[..., None, :]
+    log_g = phrase.over_meanings(
+        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)), angles
+    )
+    if model.normalisation == "speaker":  # P(word) among what could have been said
+        log_g = log_g - phrase.over_meanings(
+            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
+        )
+    log_p = log_held(log_g, phrase.relation, model, summed.log_peak) - summed.log_z[..., None, :]
+    return phrase.unless_silent(log_p, data.log_uninformative, after=2)
+
+
+def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
+    """Return the rows of a table (V..., K) at values of latents; of one without their axes all."""
+    if table.dim() == 1:
+        return table
+    nothing = torch.tensor(0)
+    chosen = [nothing if n == 1 else v for v, n in zip(latents, table.shape, strict=False)]
+    return table[tuple(torch.broadcast_tensors(*chosen))]
+
+
+def that_matters(table: Tensor) -> Tensor:
+    """Return a table (V..., B) without the axes of latents that it is the same under all values of.
+
+    Another latent's axis would make the frame depend on it.
+    """
+    for axis in range(table.dim() - 1):
+        first = table.narrow(axis, 0, 1)
+        if table.shape[axis] > 1 and torch.equal(table, first.expand_as(table)):
+            table = first
+    return table
 
 
 def plate(
@@ -185,11 +230,14 @@ def draw_frame_angle(
         ``T/angle_j``.
     latents
         Values of the latents that its tables have axes for.
+    frames
+        From bins or from the density. In bins the frame is Categorical given the latents; a
+        density has one site for each ground that may be meant, ``T/frame_j/m`` for the others.
 
     Raises
     ------
     InputError
-        When the density depends on another latent.
+        When the frame is a point under some values of another latent.
     """
     nothing = torch.tensor(0)
     if phrase.frames is None:
@@ -199,20 +247,22 @@ def draw_frame_angle(
     spread = [frame for frame in phrase.frames if frame is not None and not frame.is_point]
     if frames == "bins" or not spread:
         angles, log_mass = phrase.bins(bins)
-        # Only the latents that matter: another's axis would make the frame depend on it.
-        chosen = [nothing if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
-        masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
-        index = pyro.sample(name, categorical(masses))
-        pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
+        index = pyro.sample(name, categorical(at_latents(that_matters(log_mass), latents)))
+        angle = look_up(that_matters(angles), (*latents, index))
+        pyro.deterministic(name.replace("/frame_", "/angle_"), angle)
         return FrameAngles(list(angles.reshape(len(phrase.meanings), -1)), index)
-    if len(set(phrase.frames)) > 1 or phrase.frames[0] is None:
+    own = phrase.own_frames(name)
+    if len(spread) < len([frame for frame in phrase.frames if frame is not None]):
         raise InputError(
-            f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' depends on "
-            "another latent, so it has no density of its own; use frames='bins'"
+            f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' is a point under "
+            "some values of another latent, so it has no density; use frames='bins'"
         )
-    angle = pyro.sample(name, FrameDensity(phrase.frames[0]))
-    index = torch.arange(angle.numel()).reshape(angle.shape)
-    return FrameAngles([angle.reshape(-1)] * len(phrase.meanings), index)
+    # One angle for each ground that may be meant: those of the others are drawn from their priors.
+    drawn = {frame: pyro.sample(site, FrameDensity(frame)) for site, frame in own.items()}
+    first, *_ = drawn.values()
+    each = [first if frame is None else drawn[frame] for frame in phrase.frames]
+    index = torch.arange(first.numel()).reshape(first.shape)
+    return FrameAngles([angle.reshape(-1) for angle in each], index)
 
 
 class SummedPhrase(NamedTuple):
@@ -229,12 +279,15 @@ class SummedPhrase(NamedTuple):
         Log of the sum over the map of E_psi[g], shape (V..., U..., 1); 0 where it is not divided.
     log_phi
         Log of E[phi] over frame, lapse and own latents, shape (V..., S).
+    log_meant
+        Log of E[phi] over the frame alone, had it not lapsed, shape (V..., U..., S).
     """
 
     phrase: Phrase
     log_peak: Tensor
     log_z: Tensor
     log_phi: Tensor
+    log_meant: Tensor
 
 
 def summed_phrase(
@@ -252,30 +305,32 @@ def summed_phrase(
     if key in data.tables:
         kept: SummedPhrase = data.tables[key]
         return kept._replace(phrase=phrase)
-    log_g = phrase.over_meanings(
-        lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
-    )
-    log_peak = log_greatest(data, likelihood, phrase) if relation.negated else log_g.new_zeros(1)
-    log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
+    if phrase.is_of_each_denied:
+        log_g = phrase.over_meanings(lambda one, _: log_none_holds(data, likelihood, one))[
+            ..., 0, :
+        ]
+        log_peak = log_g.new_zeros(1)
+    else:
+        log_g = phrase.over_meanings(
+            lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
+        )
+        log_peak = log_g.new_zeros(1)
+        if relation.negated:
+            log_peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
+        log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
-    log_p = phrase.if_reliable(log_g - log_z, data.log_uninformative)
+    log_p = log_meant = phrase.unless_silent(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
-        given = phrase.over_meanings(
-            lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
-        )
-        if model.normalisation == "speaker":
-            given = given - phrase.over_meanings(
-                lambda meaning, _: log_vocabulary(likelihood, meaning, angles)
-            )
-        log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
-        log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
-        log_p = phrase.on_shared_axis(log_p)[..., 0, :]
+        kept = SummedPhrase(phrase, log_peak, log_z, log_p, log_meant)
+        given = log_phrase(data, likelihood, kept, [angles] * len(phrase.meanings))
+        log_p = phrase.on_shared_axis(given)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
-    found = SummedPhrase(phrase, log_peak, log_z, with_lapse(log_p, model, data.log_uninformative))
+    log_phi = with_lapse(log_p, model, data.log_uninformative)
+    found = SummedPhrase(phrase, log_peak, log_z, log_phi, log_meant)
     if not data.number_priors:
         data.tables[key] = found
     return found
@@ -357,6 +412,62 @@ def component_tables(
         return log_l, None, observed
     together = torch.stack(tables[-count:])
     return log_l + together, together, observed + together
+
+
+def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
+    """Return what each component's table is divided by, shape (K, 1...) or (K, V..., 1).
+
+    Parameters
+    ----------
+    data
+        The program's data.
+    i
+        Position of the target.
+    log_p
+        The components' tables, tempered, shape (K, V..., S).
+
+    Notes
+    -----
+    The sum over shared latents and a uniform map, so that each component is a distribution. With
+    several readings it is that of each reading h, so that h alone gives the belief it would give
+    by itself, times the reading's evidence E_h = sum_k w_k Z_hk / Z_0k relative to its mean over
+    readings, where Z_0k is the sum were all phrases silent: a reading is never divided by its own
+    sum, which would return the prior over readings.
+    """
+    axes = [1 + axis for axis in data.readings]
+    if not axes:
+        log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
+        return log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
+    log_pi = data.log_prior_of(data.readings)
+    rest = [axis for axis in range(1, log_p.dim()) if axis not in axes]
+    log_z = torch.logsumexp(log_p + (data.log_shared - log_pi), rest, keepdim=True)
+    log_w = data.log_weight_given[i]
+    log_w = log_w.reshape(
+        *(log_w.shape[:-1] if log_w.dim() > 1 else (1,) * len(data.shared)), 1, -1
+    )
+    log_e = torch.logsumexp(log_w.movedim(-1, 0) + log_z - log_silent(data, i), 0, keepdim=True)
+    log_e = log_e - torch.logsumexp((log_e + log_pi).flatten(), 0)
+    return log_z - log_e
+
+
+def log_silent(data: ProgramData, i: int) -> Tensor:
+    """Return the log level of each component had no phrase said anything, shape (K, 1..., 1)."""
+    model = data.model
+    table = torch.full((data.n_cells,), data.log_uninformative, dtype=torch.float64)
+    levels = []
+    for k, part in enumerate(model.components):
+        read = part.terms_it_reads(data.relations[i])
+        level = 0.0
+        if part.is_literal:
+            level = data.log_uninformative * sum(int(reads[k]) for reads in data.reads[i])
+        elif read:
+            level = float(COMBINATIONS[part.combine](read, lambda _: table).sum(0).mean())
+        levels.append(level)
+    shape = (-1, *(1,) * (len(data.shared) + 1))
+    log_level = torch.tensor(levels, dtype=torch.float64).reshape(shape)
+    if model.temper:
+        log_level = log_level * data.n_phrases[i] ** -double(model.temper)
+    return log_level
 
 
 def log_informed(data: ProgramData, i: int) -> Tensor:
@@ -441,18 +552,35 @@ def log_vocabulary(
     return word_weights(likelihood, options, frame_angles_rad).log_total
 
 
-def log_greatest(data: ProgramData, likelihood: RelationLikelihood, phrase: Phrase) -> Tensor:
-    """Return the log of the greatest g over cells and fronts, shape (V..., U..., 1, 1)."""
+def log_greatest(
+    data: ProgramData, likelihood: RelationLikelihood, meaning: GroundedRelation
+) -> Tensor:
+    """Return the log of the greatest g over cells and fronts, shape (1, 1)."""
     if data.model.normalisation != "map":
-        return torch.zeros(1, dtype=torch.float64)
+        return torch.zeros(1, 1, dtype=torch.float64)
     angles = None
-    if phrase.frames is not None:
+    if data.model.frame_prior_for(meaning) is not None:
         turns = torch.arange(_PEAK_ANGLES, dtype=torch.float64)
         angles = turns * (2 * math.pi / _PEAK_ANGLES)
-    tables = phrase.over_meanings(
-        lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
-    )
-    return tables.amax((-2, -1), keepdim=True)
+    return likelihood.log_g(meaning, meaning.directions(angles)).amax().reshape(1, 1)
+
+
+def log_none_holds(
+    data: ProgramData, likelihood: RelationLikelihood, relation: GroundedRelation
+) -> Tensor:
+    """Return the log of what is left when a relation to each of several places is denied, (1, S).
+
+    "Not near a bank" denies every bank: prod_c (1 - denial g_c / max g_c), each with its frame
+    summed out.
+    """
+    total = torch.zeros(1, relation.n_cells, dtype=torch.float64)
+    for one in relation.each_denied:
+        log_g = log_expected(data, likelihood, one, data.model.frame_prior_for(one))
+        log_peak = torch.zeros(1, dtype=torch.float64)
+        if data.model.normalisation == "map":
+            log_peak = log_greatest(data, likelihood, one)
+        total = total + log_held(log_g, one, data.model, log_peak)
+    return total
 
 
 def log_held(
@@ -566,10 +694,11 @@ def build(
     Program
         Takes no arguments. Sites of target T and its relation j: ``T/component``, ``T/cell``
         (row by row from the south-west), ``T/frame_j`` and ``T/angle_j`` (radians), ``T/lapse_j``,
-        ``T/holds_j`` (observed); the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
-        ``T/shared_error``; ``T/together`` (observed) for components that are no product of
-        phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
-        declares by their names.
+        ``T/holds_j`` (observed); ``reading``, ``either_g`` and ``ground_k`` where the description
+        leaves its reading, the branch of alternatives g or the referent of mention k open; the
+        factors ``T/temper``, ``T/normaliser``, ``T/cut`` and ``T/shared_error``; ``T/together``
+        (observed) for components that are no product of phrases; ``frame/G`` where phrases share
+        the frame of ground G; latents that the model declares by their names.
 
     Raises
     ------

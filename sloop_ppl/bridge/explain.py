@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from sloop_ppl.bridge.relation_text import facing, ground_label, percent, relations_in_words
+from sloop_ppl.bridge.relation_text import (
+    facing,
+    ground_label,
+    meant_lines,
+    percent,
+    reading_lines,
+    relations_in_words,
+)
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps._whereabouts import whereabouts
 
@@ -34,8 +41,9 @@ _SURPRISING = 0.1
 def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) -> list[str]:
     """Return lines that explain the belief of every target.
 
-    Where the mass is; how many bits each phrase is worth; which component and which front the
-    belief rests on; and which phrase or front, if it were otherwise, would move it.
+    Where the mass is; how many bits each phrase is worth; which component, which places and which
+    front the belief rests on; which phrase or front, if it were otherwise, would move it; and
+    which reading of what was said it takes.
 
     Parameters
     ----------
@@ -52,7 +60,7 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
             lines.append("  nothing was said of it: this is its prior")
             continue
         lines += [f"  {line}" for line in _why(posterior, target, rng)]
-    return lines
+    return [*lines, *reading_lines(posterior)]
 
 
 def _where(posterior: Posterior, target: str) -> Iterator[str]:
@@ -93,6 +101,8 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
             if prior[name]
         )
         yield f"read as: {components_text}"
+    for line in meant_lines(posterior, target):
+        yield f"meant by {line}"
     yield from _frames(posterior, target)
     yield from _latents(posterior)
     yield "what would change it:"

@@ -10,12 +10,24 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
-    from sloop_ppl.inference import Posterior
+    from sloop_ppl.inference import GroundPosterior, Posterior
+    from sloop_ppl.language import Reading
 
-__all__ = ["distance_in_words", "facing", "ground_label", "percent", "relations_in_words"]
+__all__ = [
+    "distance_in_words",
+    "facing",
+    "ground_label",
+    "meant_lines",
+    "percent",
+    "reading_lines",
+    "relations_in_words",
+]
 
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
+_MOST_PLACES = 4
+# Readings that are less probable, before and after, are not told of.
+_LEAST_READING = 0.01
 
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
@@ -37,6 +49,84 @@ def facing(angle_rad: float) -> str:
     'south'
     """
     return COMPASS_POINTS[round(angle_rad / (math.pi / 4)) % 8]
+
+
+def meant_lines(posterior: Posterior, target: str) -> list[str]:
+    """Return a line for each mention whose place is open: what it probably is.
+
+    Such as ``"a bank": Chase 0.71, KeyBank 0.22, not on this map 0.07``.
+    """
+    lines: dict[str, None] = {}
+    texts = _texts_of(posterior, target)
+    for ground in posterior.grounds(target):
+        if not ground.is_open or ground.relation.each or ground.relation.negated:
+            continue
+        words = _mention(ground, texts[ground.index], posterior.city)
+        shares = [
+            f"{_place(candidate.ground, posterior.city)} {candidate.p:.2f}"
+            for candidate in ground.candidates[:_MOST_PLACES]
+        ]
+        rest = ground.candidates[_MOST_PLACES:]
+        if rest:
+            shares.append(f"{len(rest)} others {sum(c.p for c in rest):.2f}")
+        lines[f"{words}: {', '.join(shares)}"] = None
+    return list(lines)
+
+
+def reading_lines(posterior: Posterior) -> list[str]:
+    """Return a line for each description with several readings: which was probably meant."""
+    lines = []
+    for which, description in enumerate(posterior.descriptions):
+        readings = [
+            one for one in posterior.readings(which) if max(one.p, one.prior) >= _LEAST_READING
+        ]
+        if len(readings) > 1:
+            several = len(description.targets) > 1
+            shares = [
+                f"{_reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
+                f"(was {one.prior:.2f})"
+                for one in sorted(readings, key=lambda one: -one.p)
+            ]
+            lines.append(f"reading: {', '.join(shares)}")
+    return lines
+
+
+def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
+    """Return what a reading says, the sides of an alternative with "or" between them."""
+    words = ""
+    before: tuple[int, int] | None = None
+    for relation in reading.relations:
+        either = relation.either
+        is_other = either is not None and before is not None and either[0] == before[0]
+        link = " or " if is_other and either != before else ", "
+        figure = f"{relation.figure} " if several else ""
+        words += f"{link if words else ''}{figure}{_in_words(relation, city)}"
+        before = either
+    return f"“{words}”" if words else "nothing of it"
+
+
+def _texts_of(posterior: Posterior, target: str) -> list[str]:
+    """Return the text of each relation of a target."""
+    return [
+        description.text
+        for factor in posterior.factors
+        if target in factor.log_factors
+        for description in factor.descriptions
+        for _ in description.about(target)
+    ]
+
+
+def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
+    """Return the words of a mention, or else the relation it stands in."""
+    spans = ground.relation.spans
+    if spans is not None and ground.slot < len(spans.grounds):
+        start, end = spans.grounds[ground.slot]
+        return f"“{text[start:end]}”"
+    return f"“{_in_words(ground.relation, city)}”"
+
+
+def _place(ground: str | None, city: CityMap) -> str:
+    return "not on this map" if ground is None else ground_label(city, ground)
 
 
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:
