@@ -15,6 +15,7 @@ from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.eval._records import Fault, Record
 from sloop_ppl.language import (
+    DEFAULT_TARGETS,
     HEARER,
     RELATIONS,
     WHOLE_MAP,
@@ -350,11 +351,12 @@ def _relations(
 ) -> tuple[SpatialRelation, ...]:
     """Merge the entries of each group; a merged relation stands where its first entry stood."""
     merged: dict[object, SpatialRelation] = {}
+    known = {*targets, *(() if targets else (target.id for target in DEFAULT_TARGETS))}
     for index, entry in enumerate(entries):
         figure, word = entry.text("figure"), entry.text("relation")
         if targets and figure not in targets:
             raise entry.fault("figure", f"is '{figure}'; expected one of {', '.join(targets)}")
-        ground, negated = _ground(entry, city), entry.flag("negated")
+        ground, negated = _ground(entry, city, known), entry.flag("negated")
         try:
             relation = SpatialRelation(figure, word, (ground,), negated)
         except SloopError as error:
@@ -376,9 +378,10 @@ def _relations(
     return tuple(merged.values())
 
 
-def _ground(entry: Record, city: CityMap) -> str:
+def _ground(entry: Record, city: CityMap, targets: Container[str] = ()) -> str:
+    """Return the id of a ground: the map, who listens, a landmark, or another target."""
     ground = entry.text("ground")
-    if ground in (WHOLE_MAP, HEARER):
+    if ground in (WHOLE_MAP, HEARER) or (ground in targets and ground not in city):
         return ground
     try:
         return city.landmark(ground).id

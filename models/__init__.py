@@ -45,9 +45,11 @@ if TYPE_CHECKING:
         Parameter,
         RelationLikelihood,
     )
+    from sloop_ppl.models.pair_kernel import PairKernel
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
     from sloop_ppl.models.simulation import SPEAKER, simulate, speaker_of
+    from sloop_ppl.models.target_grounds import ground_target_relations
     from sloop_ppl.models.tuning import load_parameters, with_parameters
     from sloop_ppl.models.user import load_model
 
@@ -73,6 +75,7 @@ __all__ = [
     "LearntCells",
     "NearestStreet",
     "ObservationModel",
+    "PairKernel",
     "Parameter",
     "PredictedPoint",
     "PredictedSpread",
@@ -87,6 +90,7 @@ __all__ = [
     "fitting_note",
     "ground_description",
     "ground_relations",
+    "ground_target_relations",
     "intervene",
     "latents_of",
     "learn_cells",
@@ -128,9 +132,11 @@ _HOMES = {
     "interventions": ("intervene",),
     "latents": ("Latent",),
     "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "Parameter", "RelationLikelihood"),
+    "pair_kernel": ("PairKernel",),
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
     "simulation": ("SPEAKER", "simulate", "speaker_of"),
+    "target_grounds": ("ground_target_relations",),
     "tuning": ("load_parameters", "with_parameters"),
     "user": ("load_model",),
 }

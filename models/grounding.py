@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import Description
+from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
@@ -33,6 +33,7 @@ from sloop_ppl.models.grounded_relation import (
 )
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
+from sloop_ppl.models.target_grounds import split_by_targets, target_ids
 
 __all__ = [
     "Phrase",
@@ -226,6 +227,9 @@ class ProgramData:
         Parameter of the likelihood -> distribution that it is drawn from.
     own
         Declared latents that one phrase each depends on.
+    to_targets
+        Target -> its relations to other targets, which no table over its cells can hold; here they
+        only count as phrases.
     """
 
     targets: tuple[str, ...]
@@ -237,6 +241,7 @@ class ProgramData:
     truths: tuple[tuple[float, float], ...] | None = None
     number_priors: Mapping[str, Any] = field(default_factory=dict)
     own: tuple[Latent, ...] = ()
+    to_targets: Mapping[str, tuple[GroundedRelation, ...]] = field(default_factory=dict)
     tables: dict[Any, Any] = field(default_factory=dict, repr=False)
     phrases: dict[int, Phrase] = field(default_factory=dict, repr=False)
 
@@ -264,13 +269,23 @@ class ProgramData:
         A phrase that is said of each of several grounds is one.
         """
         shape = (-1, *(1,) * (len(self.shared) + 1))
+        every = [
+            phrases + self.to_targets.get(target, ())
+            for target, phrases in zip(self.targets, self.relations, strict=True)
+        ]
         return tuple(
             torch.tensor(
                 [max(_count(part.terms_it_reads(phrases)), 1) for part in self.model.components],
                 dtype=torch.float64,
             ).reshape(shape)
-            for phrases in self.relations
+            for phrases in every
         )
+
+    def power_of(self, term: GroundedRelation) -> float:
+        """Return the exponent that tempering gives a relation to another target."""
+        i = self.targets.index(term.figure)
+        n = _count(self.relations[i] + self.to_targets.get(term.figure, ()))
+        return float(n ** -float(self.model.temper))
 
     @cached_property
     def cuts(self) -> Tensor:
@@ -442,7 +457,10 @@ def _declared(model: ObservationModel) -> tuple[Latent, ...]:
 
 
 def ground_description(
-    description: Description | Sequence[Description], city: CityMap, model: ObservationModel
+    description: Description | Sequence[Description],
+    city: CityMap,
+    model: ObservationModel,
+    others: Collection[str] = (),
 ) -> dict[str, tuple[GroundedRelation, ...]]:
     """Return target -> its grounded relations, in the order of the description's targets.
 
@@ -455,6 +473,10 @@ def ground_description(
     model
         The observation model; its `joint_grounds` and `heed_distance` decide what a relation to
         several grounds and a said distance mean.
+    others
+        Ids of targets that were spoken of before. Relations to a target are left out: they say how
+        two targets lie apart; see
+        :func:`sloop_ppl.models.target_grounds.ground_target_relations`.
 
     Raises
     ------
@@ -464,6 +486,7 @@ def ground_description(
         When a ground is who listens, and the description does not say where that is.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
+    known = target_ids(texts, city, others)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
     counts: Counter[str] = Counter()
     for position, text in enumerate(texts):
@@ -471,7 +494,7 @@ def ground_description(
             relations = text.about(target.id)
             if not model.heed_distance:
                 relations = tuple(replace(r, distance_m=None, distance=None) for r in relations)
-            terms = ground_relations(relations, city, joint=model.joint_grounds)
+            terms = _grounded(relations, city, model, known)
             terms = with_hearer(terms, text.hearer)
             if position:
                 terms = tuple(
@@ -481,6 +504,22 @@ def ground_description(
             grounded[target.id] = grounded.get(target.id, ()) + terms
             counts[target.id] += len(relations)
     return grounded
+
+
+def _grounded(
+    relations: Sequence[SpatialRelation],
+    city: CityMap,
+    model: ObservationModel,
+    targets: Collection[str],
+) -> tuple[GroundedRelation, ...]:
+    """Return the terms of what relations say of places, those to targets left out."""
+    terms: list[GroundedRelation] = []
+    for index, relation in enumerate(relations):
+        of_places, _ = split_by_targets(relation, targets)
+        if of_places is not None:
+            some = ground_relations((of_places,), city, joint=model.joint_grounds)
+            terms += [replace(term, index=index) for term in some]
+    return tuple(terms)
 
 
 def _count(relations: Sequence[GroundedRelation]) -> int:
@@ -525,6 +564,7 @@ def program_data(
     *,
     truths: Sequence[tuple[float, float]] | None = None,
     number_priors: Mapping[str, Any] | None = None,
+    to_targets: Mapping[str, tuple[GroundedRelation, ...]] | None = None,
 ) -> ProgramData:
     """Return what the program is run on.
 
@@ -540,6 +580,8 @@ def program_data(
         True places, metres, one for each target; wanted by models that need them, else ignored.
     number_priors
         Parameter of the likelihood -> distribution that it is drawn from.
+    to_targets
+        Target -> its relations to other targets; they count as phrases.
 
     Raises
     ------
@@ -578,6 +620,7 @@ def program_data(
         tuple(truths) if truths is not None and model.needs_truth else None,
         dict(number_priors or {}),
         tuple(latent for latent in latents if latent not in declared),
+        to_targets or {},
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
@@ -44,6 +44,7 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.presets import ObservationModel, preset
+from sloop_ppl.models.target_grounds import ground_target_relations
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 
@@ -139,13 +140,17 @@ def plate(
     many, those of one item lie along the dims of another's (`pyro.markov`). `poutine.do` of an
     enumerated program works in plates only.
     """
-    sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
-    if sites + len(data.own) > _MOST_DIMS:
+    if _count_sites(data) > _MOST_DIMS:
         indices: Iterable[int] = pyro.markov(range(len(items)), history=0)
         return ((i, items[i]) for i in indices)
     if frames != "bins" or not items:  # Pyro's automatic guides take no plates that are loops
         return enumerate(items)
     return ((int(i), items[int(i)]) for i in pyro.plate(name, len(items)))
+
+
+def _count_sites(data: ProgramData) -> int:
+    sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
+    return sites + len(data.own)
 
 
 def draw_number(name: str, prior: Any) -> Tensor:
@@ -510,11 +515,16 @@ class Program:
         ``"bins"``, ``"density"`` or ``"summed"``; see `build`.
     bins
         Angle bins of each frame.
+    pairs
+        Name of a site -> ids of a figure and of the target that is its ground, and the log factor
+        of their cells, shape (S, S), the ground's first. Engines leave them out: they weigh the
+        cells of each target by itself, and the joint posterior has the rest.
     """
 
     data: ProgramData
     frames: Frames = "bins"
     bins: int = 72
+    pairs: Mapping[str, tuple[str, str, Tensor]] = field(default_factory=dict)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -530,9 +540,13 @@ class Program:
             When a likelihood fails, or a number is drawn several times at once.
         """
         try:
-            return generative_model(self.data, self.frames, self.bins)
+            cells = generative_model(self.data, self.frames, self.bins)
         except SloopError as error:
             raise ProgramError(error) from error
+        for name, (figure, ground, log_phi) in self.pairs.items():
+            log_holds = look_up(log_phi, (cells[ground], cells[figure]))
+            pyro.sample(name, LogBernoulli(log_holds), obs=_ONE)
+        return cells
 
 
 def build(
@@ -577,7 +591,8 @@ def build(
         ``T/holds_j`` (observed); the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
         ``T/shared_error``; ``T/together`` (observed) for components that are no product of
         phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
-        declares by their names.
+        declares by their names. Relations to other targets come last of ``T/holds_j``, and have no
+        sites of frame and lapse: these are summed out.
 
     Raises
     ------
@@ -617,6 +632,7 @@ def build(
                 "pyro.distributions.LogNormal(0.0, 1.0)"
             )
     grounded = ground_description(description, city, chosen)
+    to_targets = ground_target_relations((description,), city, chosen)
     truths = true_places(truth, tuple(grounded), chosen)
     if isinstance(frame_bins, bool) or not isinstance(frame_bins, int) or frame_bins < 1:
         raise InputError(f"frame_bins is {frame_bins!r}; expected a whole number of angles above 0")
@@ -629,13 +645,47 @@ def build(
             f"log_prior is a {type(log_prior).__name__} of shape {found}; expected a torch tensor "
             f"of shape {shape}: targets, cells"
         )
-    data = program_data(grounded, city, chosen, log_prior, truths=truths, number_priors=priors)
+    data = program_data(
+        grounded,
+        city,
+        chosen,
+        log_prior,
+        truths=truths,
+        number_priors=priors,
+        to_targets=to_targets,
+    )
     if frames == "bins":
         check_size(data, frame_bins)
     if frames == "density":
         check_density(data, f"Model '{chosen.name}'")
         check_continuous(data)
-    return Program(data, frames, frame_bins)
+    return Program(data, frames, frame_bins, pair_sites(data))
+
+
+def pair_sites(data: ProgramData) -> dict[str, tuple[str, str, Tensor]]:
+    """Return the sites of relations to other targets, ``T/holds_j`` counted on; see `Program`.
+
+    Raises
+    ------
+    InputError
+        When a table would not fit in memory, or there are too many sites to enumerate together.
+    """
+    from sloop_ppl.models.pair_kernel import PairKernel  # it asks for what the program defines
+
+    found: dict[str, tuple[str, str, Tensor]] = {}
+    for target, terms in data.to_targets.items():
+        if data.n_cells**2 > _MOST_NUMBERS or _count_sites(data) > _MOST_DIMS:
+            raise InputError(
+                f"The program of '{terms[0].relation} {terms[0].ground}' relates two targets of "
+                f"{data.n_cells} cells beside {_count_sites(data)} sites; use a smaller map, or "
+                "sloop_ppl.infer, which multiplies them without a table"
+            )
+        before = len(data.relations[data.targets.index(target)])
+        for j, term in enumerate(terms, start=before):
+            kernel = PairKernel(term, data.city, data.model, data.power_of(term))
+            cells = torch.arange(data.n_cells)
+            found[f"{target}/holds_{j}"] = (target, term.ground, kernel.log_rows(cells))
+    return found
 
 
 def check_continuous(data: ProgramData) -> None:

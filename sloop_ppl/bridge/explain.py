@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from sloop_ppl.bridge.formatting import nothing_said_line
 from sloop_ppl.bridge.relation_text import facing, ground_label, percent, relations_in_words
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps.whereabouts import whereabouts
@@ -45,7 +46,7 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
         lines.append(f"{target}")
         lines += [f"  {line}" for line in _where(posterior, target)]
         if not posterior.relations(target):
-            lines.append("  nothing was said of it: this is its prior")
+            lines.append(f"  {nothing_said_line(posterior, target)}")
             continue
         lines += [f"  {line}" for line in _why(posterior, target, rng)]
     return lines

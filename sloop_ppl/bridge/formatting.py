@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "belief_lines",
     "belief_report",
+    "nothing_said_line",
     "outcome_line",
     "relation_table",
     "step_line",
@@ -63,13 +64,20 @@ def belief_lines(posterior: Posterior) -> list[str]:
         lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
                      f"{posterior.entropy(target):.2f} nats")  # fmt: skip
         if not posterior.relations(target):
-            lines.append("  nothing was said of it: this is its prior")
+            lines.append(f"  {nothing_said_line(posterior, target)}")
         parts = posterior.component(target)
         if len(parts) > 1:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
             lines.append(f"  read as: {components_text}")
         lines += [_frame_line(frame) for frame in posterior.frames(target)]
     return lines
+
+
+def nothing_said_line(posterior: Posterior, target: str) -> str:
+    """Return a line about the belief of a target that nothing was said of by itself."""
+    if target in posterior.related:
+        return "nothing was said of it but that another lies by it"
+    return "nothing was said of it: this is its prior"
 
 
 def belief_report(posterior: Posterior) -> dict[str, Any]:
