@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference.posterior import Posterior
     from sloop_ppl.inference.predictive import PhraseCheck
     from sloop_ppl.inference.prior import log_priors
+    from sloop_ppl.inference.referents import GroundPosterior, ReadingPosterior, Referent
     from sloop_ppl.inference.sampling import Nuts, Svi
     from sloop_ppl.inference.summaries import (
         Place,
@@ -63,6 +64,7 @@ __all__ = [
     "Fitted",
     "FrameSummary",
     "Framed",
+    "GroundPosterior",
     "Importance",
     "InferenceInfo",
     "Influence",
@@ -76,6 +78,8 @@ __all__ = [
     "PhraseCheck",
     "Place",
     "Posterior",
+    "ReadingPosterior",
+    "Referent",
     "Svi",
     "cells_geojson",
     "compare",
@@ -114,6 +118,7 @@ _HOMES = {
     "posterior": ("Posterior",),
     "predictive": ("PhraseCheck",),
     "prior": ("log_priors",),
+    "referents": ("GroundPosterior", "ReadingPosterior", "Referent"),
     "sampling": ("Nuts", "Svi"),
     "summaries": (
         "Place",

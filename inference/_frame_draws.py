@@ -16,9 +16,9 @@ def framed_sites(data: ProgramData) -> dict[str, FrameDistribution]:
     """Return the continuous sites of the program with ``frames="density"``, and their priors."""
     found = {}
     for target, j, phrase in data.framed_phrases():
-        spread = [one for one in phrase.frames or () if one is not None and not one.is_point]
-        if spread:
-            found[f"{target}/frame_{j}"] = spread[0]  # the program refuses others beside it
+        own = phrase.own_frames(f"{target}/frame_{j}")
+        if any(not one.is_point for one in own.values()):  # the program refuses points beside it
+            found |= own
     return found
 
 

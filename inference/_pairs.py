@@ -5,7 +5,8 @@ Shape legend: S cells; R values of all other latents of a table.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,7 +18,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference._log_tables import LogTable
 from sloop_ppl.models import PairKernel
 
-__all__ = ["MOST_NUMBERS", "PairTable", "pair_tables"]
+__all__ = ["MOST_NUMBERS", "PairGroup", "PairTable", "pair_groups", "pair_table"]
 
 _DENSE = 1 << 23
 """Numbers of a table that is kept: 41 x 41 cells squared are 2.8 million, 53 x 53 7.9 million."""
@@ -27,6 +28,9 @@ _BLOCK = 1 << 21
 
 MOST_NUMBERS = 1 << 26
 """Numbers of the largest joint of two cells that is laid out: 512 MiB."""
+
+_MOST_KEPT = 4
+"""Tables that are kept of one phrase: with others, under several readings."""
 
 _DEEP = -650.0
 """Log factors above this can be multiplied as exponentials."""
@@ -47,16 +51,6 @@ class PairTable:
     first: str
     second: str
     kernels: tuple[tuple[PairKernel, bool], ...]
-
-    @property
-    def latents(self) -> tuple[str, ...]:
-        """Names of the two latents."""
-        return self.first, self.second
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of cells of each."""
-        return dict.fromkeys(self.latents, self.n_cells)
 
     @property
     def n_cells(self) -> int:
@@ -197,21 +191,172 @@ def _log_product(left: Tensor, right: Tensor) -> Tensor:
     return torch.stack([torch.logsumexp(row[:, None] + right, 0) for row in left])
 
 
-def pair_tables(kernels: Sequence[PairKernel]) -> tuple[PairTable, ...]:
-    """Return one table for each two targets that phrases relate.
+@dataclass(frozen=True, eq=False)
+class PairMember:
+    """A phrase about two targets among others.
+
+    Parameters
+    ----------
+    kernel
+        The phrase.
+    reverse
+        Whether its figure is the second of the two.
+    gates
+        Name of a latent -> the positions of the values under which it is said.
+    """
+
+    kernel: PairKernel
+    reverse: bool
+    gates: Mapping[str, frozenset[int]]
+
+    def log_silent(self) -> float:
+        """Return its log factor where it is not said.
+
+        A mention that may be a place too is counted there: the phrase is then silent itself.
+        """
+        return 0.0 if self.kernel.is_alternative else self.kernel.log_silent
+
+
+@dataclass(frozen=True, eq=False)
+class PairGroup:
+    """Log weights of the cells of two targets, under the readings and referents they depend on.
+
+    Parameters
+    ----------
+    first, second
+        Names of the two latents, ``T/cell``.
+    members
+        The phrases.
+    gate_sizes
+        Name of each latent that tells whether a phrase is said -> number of its values.
+    """
+
+    first: str
+    second: str
+    members: tuple[PairMember, ...]
+    gate_sizes: Mapping[str, int]
+
+    @property
+    def cells(self) -> tuple[str, str]:
+        """Names of the two cells."""
+        return self.first, self.second
+
+    @property
+    def latents(self) -> tuple[str, ...]:
+        """Names of all its latents."""
+        return (*self.cells, *self.gate_sizes)
+
+    @property
+    def n_cells(self) -> int:
+        """How many cells each of the two may be in, S."""
+        return self.members[0].kernel.n_cells
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of values of each latent."""
+        return {**dict.fromkeys(self.cells, self.n_cells), **self.gate_sizes}
+
+    def other(self, name: str) -> str:
+        """Return the cell that is not this one of the two."""
+        return self.second if name == self.first else self.first
+
+    def summed(self, table: LogTable, name: str) -> LogTable:
+        """Return the product with a table, one of the two cells summed out.
+
+        Parameters
+        ----------
+        table
+            A table with an axis for that cell and none for the other.
+        name
+            The cell.
+
+        Returns
+        -------
+        LogTable
+            The axes of the table's other latents, those of the gates, and that of the other cell.
+        """
+        known = [gate for gate in self.gate_sizes if gate in table.latents]
+        rest = tuple(n for n in table.latents if n != name and n not in known)
+        log_p = table.aligned((*known, *rest, name))
+        parts = []
+        for setting, pairs, level in self._settings():
+            at = tuple(v for gate, v in zip(self.gate_sizes, setting, strict=True) if gate in known)
+            some = LogTable((*rest, name), log_p[at])
+            if pairs is None:
+                total = torch.logsumexp(some.values, -1, keepdim=True)
+                values = total.expand(*total.shape[:-1], self.n_cells)
+            else:
+                values = pairs.summed(some, name).values
+            parts.append(values + level if level else values)
+        if not self.gate_sizes:
+            return LogTable((*rest, self.other(name)), parts[0])
+        stacked = torch.stack(parts).reshape(*self.gate_sizes.values(), *parts[0].shape)
+        return LogTable((*self.gate_sizes, *rest, self.other(name)), stacked)
+
+    def table(self) -> LogTable:
+        """Return all of it as a table.
+
+        Raises
+        ------
+        InputError
+            When it would not fit in memory.
+        """
+        parts = []
+        for _, pairs, level in self._settings():
+            if pairs is None:
+                parts.append(torch.full((self.n_cells, self.n_cells), level, dtype=torch.float64))
+            else:
+                parts.append(pairs.table().values + level)
+        stacked = torch.stack(parts).reshape(*self.gate_sizes.values(), *parts[0].shape)
+        return LogTable((*self.gate_sizes, self.second, self.first), stacked)
+
+    def _settings(self) -> Iterator[tuple[tuple[int, ...], PairTable | None, float]]:
+        """Yield values of the gates, what is said under them, and the level of what is not."""
+        for setting in itertools.product(*map(range, self.gate_sizes.values())):
+            at = dict(zip(self.gate_sizes, setting, strict=True))
+            active, level = [], 0.0
+            for one in self.members:
+                if all(at[gate] in values for gate, values in one.gates.items()):
+                    active.append((one.kernel, one.reverse))
+                    level -= one.kernel.log_silent if one.kernel.is_alternative else 0.0
+                else:
+                    level += one.log_silent()
+            pairs = _kept_table(self.first, self.second, tuple(active)) if active else None
+            yield setting, pairs, level
+
+
+def pair_groups(
+    kernels: Sequence[tuple[PairKernel, Mapping[str, frozenset[int]]]],
+    gate_sizes: Mapping[str, int],
+) -> tuple[PairGroup, ...]:
+    """Return one factor for each two targets that phrases relate.
 
     Parameters
     ----------
     kernels
-        The phrases.
+        The phrases, each with its gates; see `PairMember`.
+    gate_sizes
+        Name of each gate -> number of its values.
     """
-    together: dict[tuple[str, str], list[tuple[PairKernel, bool]]] = {}
-    for kernel in kernels:
+    together: dict[tuple[str, str], list[PairMember]] = {}
+    for kernel, gates in kernels:
         figure, ground = f"{kernel.figure}/cell", f"{kernel.ground}/cell"
         reverse = (ground, figure) in together
         key = (ground, figure) if reverse else (figure, ground)
-        together.setdefault(key, []).append((kernel, reverse))
-    return tuple(_kept_table(*key, tuple(some)) for key, some in together.items())
+        together.setdefault(key, []).append(PairMember(kernel, reverse, gates))
+    return tuple(
+        PairGroup(
+            *key,
+            tuple(some),
+            {name: size for name, size in gate_sizes.items() if any(name in m.gates for m in some)},
+        )
+        for key, some in together.items()
+    )
+
+
+def pair_table(kernel: PairKernel) -> PairTable:
+    """Return the weight of the cells of the two targets of one phrase, as it was meant."""
+    return _kept_table(f"{kernel.figure}/cell", f"{kernel.ground}/cell", ((kernel, False),))
 
 
 def _kept_table(first: str, second: str, kernels: tuple[tuple[PairKernel, bool], ...]) -> PairTable:
@@ -219,7 +364,8 @@ def _kept_table(first: str, second: str, kernels: tuple[tuple[PairKernel, bool],
     kept = kernels[0][0].tables
     key = (first, second, *((id(kernel), reverse) for kernel, reverse in kernels))
     if key not in kept:
-        kept.clear()  # what was said with others before is asked for no more
+        if len(kept) >= _MOST_KEPT:  # what was said with others before is asked for no more
+            kept.pop(next(iter(kept)))
         kept[key] = PairTable(first, second, kernels)
     table: PairTable = kept[key]
     return table

@@ -89,12 +89,13 @@ class PhraseTables:
         """
         if self.phrase.frames is None or self.phrase.shared_angles is not None:
             return None
-        if len(set(self.phrase.frames)) > 1:
+        known = {frame for frame in self.phrase.frames if frame is not None}
+        if len(known) > 1:
             raise InputError(
                 f"The frame of '{self.relation.relation} {self.relation.ground}' is another one "
                 "under each value of another latent; ask for that latent first"
             )
-        return self.phrase.frames[0]
+        return next(iter(known))
 
     def log_phi_given_frame(
         self, angles_rad: Table, cells: NDArray[np.intp] | None = None
@@ -142,7 +143,7 @@ class PhraseTables:
             log_g = self._sites(program, given)[f"{_ALONE}/holds_0"].aligned((DRAW, *self._axes))
         peak = summed.log_peak if summed.log_peak.dim() == 1 else summed.log_peak[..., 0]
         log_p = log_held(log_g, self.relation, model, peak) - summed.log_z
-        log_p = self.phrase.if_reliable(log_p, self.data.log_uninformative)
+        log_p = self.phrase.if_said(log_p, self.data.log_uninformative)
         for latent in reversed(own):
             log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
         return log_p

@@ -14,7 +14,7 @@ import torch
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import DescriptionError, InputError
-from sloop_ppl.inference._pairs import pair_tables
+from sloop_ppl.inference._pairs import pair_groups
 from sloop_ppl.inference._phrase_tables import PhraseLatents, latents_of_phrases
 from sloop_ppl.inference.engines import Engine
 from sloop_ppl.inference.joint import JointPosterior, LogFactor, LogTable
@@ -22,6 +22,7 @@ from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
     GroundedRelation,
+    Latent,
     ObservationModel,
     PairKernel,
     ProgramData,
@@ -35,6 +36,7 @@ __all__ = [
     "DescriptionFactor",
     "by_speaker",
     "check_description",
+    "gates_of",
     "joint_posterior",
     "pair_kernels",
     "site_name",
@@ -145,7 +147,8 @@ def joint_posterior(
         for name, latent in zip(shared, factor.data.shared, strict=True):
             tables.append(LogTable((name,), latent.log_prior))
             supports[name] = latent.support
-            settings *= len(latent.support)
+            if not isinstance(latent, Latent) or latent.choice is None:
+                settings *= len(latent.support)
         for target, table in factor.log_factors.items():
             component = site_name(f"{target}/component", which)
             names = (*shared, component, f"{target}/cell")
@@ -155,13 +158,40 @@ def joint_posterior(
                 factor.data, target, n_phrases[target], partial(site_name, which=which)
             )
             n_phrases[target] += len(factor.relations(target))
-    tables += pair_tables([kernel for factor in factors for kernel in factor.pairs])
+    gated = [
+        (kernel, gates_of(factor, which, kernel))
+        for which, factor in enumerate(factors)
+        for kernel in factor.pairs
+    ]
+    tables += pair_groups(gated, {name: len(values) for name, values in supports.items()})
     if settings > _MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "
             f"{_MOST_SETTINGS} can be enumerated; use a model without shared frames"
         )
     return JointPosterior(tuple(tables), supports, tuple(phrases))
+
+
+def gates_of(
+    factor: DescriptionFactor, which: int, kernel: PairKernel
+) -> dict[str, frozenset[int]]:
+    """Return what a relation to a target depends on: latent -> positions of values to say it.
+
+    Parameters
+    ----------
+    factor
+        The description.
+    which
+        Its position.
+    kernel
+        The relation.
+    """
+    shared = {latent.name: latent.support for latent in factor.data.shared}
+    return {
+        site_name(name, which): frozenset(i for i, v in enumerate(shared[name]) if v in values)
+        for name, values in kernel.relation.said_when.items()
+        if name in shared
+    }
 
 
 def by_speaker(descriptions: Sequence[Description]) -> list[tuple[Description, ...]]:
@@ -293,7 +323,8 @@ def check_description(description: Description, city: CityMap) -> None:
             f"The description was read on map '{description.map}'; expected '{city.name}': the "
             "same id is another landmark there"
         )
-    for relation in description.relations:
+    others = (r for reading in description.readings for r in reading.relations)
+    for relation in (*description.relations, *others):
         if relation.figure not in targets:
             raise DescriptionError(
                 f"Relation '{relation.relation}' is about '{relation.figure}', which is no target "

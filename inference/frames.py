@@ -107,8 +107,8 @@ def directions(bins: int) -> Table:
 def framed_relations(factors: Sequence[DescriptionFactor], target: str) -> tuple[Framed, ...]:
     """Return what was said of a target in some frame of reference, in the order it was said.
 
-    Left out is a relation whose frame is another one under each value of a declared latent: the
-    joint posterior tells of it (``posterior.joint.table("T/frame_j", "latent")``).
+    Left out is a relation whose frame is another one under each value of a latent, such as which
+    place its ground is: the joint posterior tells of it (``posterior.joint.table("T/frame_j", "latent")``).
     """
     found: list[Framed] = []
     before = 0
@@ -126,8 +126,13 @@ def framed_relations(factors: Sequence[DescriptionFactor], target: str) -> tuple
 
 
 def _has_one_frame(factor: DescriptionFactor, term: GroundedRelation) -> bool:
-    frames = factor.data.phrase(term).frames
-    return frames is None or len(set(frames)) == 1
+    phrase = factor.data.phrase(term)
+    if not term.is_main or phrase.is_of_each_denied:
+        return False
+    if phrase.frames is None:
+        return True
+    said = zip(phrase.meanings, phrase.frames, strict=True)
+    return len({frame for meaning, frame in said if not meaning.is_silent}) == 1
 
 
 def find_framed(

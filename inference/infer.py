@@ -141,8 +141,9 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
-    pairs = any(ground_target_relations((d,), city, chosen) for d in descriptions)
-    if chosen.shared_frames or latents_of(chosen) or pairs:
+    coupled = chosen.shared_frames or latents_of(chosen)
+    coupled = coupled or any(ground_target_relations((d,), city, chosen) for d in descriptions)
+    if coupled or not all(description.is_certain for description in descriptions):
         each = [
             infer_description(description, city, chosen, prior=prior)[0]
             for description in descriptions

@@ -64,7 +64,25 @@ def without_relation(
         own = description.about(target)
         if index < len(own):
             kept = tuple(r for r in description.relations if r is not own[index])
-            changed[place] = replace(description, relations=kept)
+            readings = tuple(
+                replace(reading, relations=_without(reading.relations, own[index]))
+                for reading in description.readings
+            )
+            changed[place] = replace(description, relations=kept, readings=readings)
             break
         index -= len(own)
     return tuple(changed)
+
+
+def _without(
+    relations: tuple[SpatialRelation, ...], relation: SpatialRelation
+) -> tuple[SpatialRelation, ...]:
+    """Return the relations of a reading without the first that says the same as one."""
+    same = (n for n, other in enumerate(relations) if _meant(other) == _meant(relation))
+    at = next(same, len(relations))
+    return (*relations[:at], *relations[at + 1 :])
+
+
+def _meant(relation: SpatialRelation) -> SpatialRelation:
+    """Return a relation without where and how surely it was read."""
+    return replace(relation, confidence=1.0, spans=None)

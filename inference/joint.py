@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference._log_tables import LogTable, product_of
-from sloop_ppl.inference._pairs import PairTable
+from sloop_ppl.inference._pairs import PairGroup
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["JointPosterior", "LogFactor", "LogTable", "sum_product"]
 
-LogFactor: TypeAlias = LogTable | PairTable
+LogFactor: TypeAlias = LogTable | PairGroup
 """A factor of the posterior: a table, or the weight of two cells that is not laid out."""
 
 _MOST_NUMBERS = 1 << 28
@@ -56,7 +56,7 @@ def sum_product(factors: Sequence[LogFactor], keep: Sequence[str]) -> LogTable:
     between targets the leaves of the tree come first: each is one product of a table and a matrix.
     """
     left = [factor for factor in factors if isinstance(factor, LogTable)]
-    pairs = [factor for factor in factors if isinstance(factor, PairTable)]
+    pairs = [factor for factor in factors if isinstance(factor, PairGroup)]
     sizes = {name: size for factor in factors for name, size in factor.sizes.items()}
     while others := {name for f in (*left, *pairs) for name in f.latents if name not in keep}:
         costs = {name: _bucket_size(left, pairs, name, sizes) for name in others}
@@ -79,22 +79,24 @@ def sum_product(factors: Sequence[LogFactor], keep: Sequence[str]) -> LogTable:
     return LogTable(order, total.aligned(order))
 
 
-def _last(bucket: Sequence[LogTable], pairs: Sequence[PairTable], name: str) -> PairTable | None:
+def _last(bucket: Sequence[LogTable], pairs: Sequence[PairGroup], name: str) -> PairGroup | None:
     """Return the pair that the others are multiplied with, to sum a latent out; None for none."""
     if not bucket:  # two cells of which nothing else is known
         return None
     met = {latent for table in bucket for latent in table.latents}
-    return next((pair for pair in pairs if pair.other(name) not in met), None)
+    fits = (p for p in pairs if name in p.cells and p.other(name) not in met)
+    return next(fits, None)
 
 
 def _bucket_size(
-    tables: Sequence[LogTable], pairs: Sequence[PairTable], name: str, sizes: Mapping[str, int]
+    tables: Sequence[LogTable], pairs: Sequence[PairGroup], name: str, sizes: Mapping[str, int]
 ) -> int:
     bucket = [table for table in tables if name in table.latents]
     own = [pair for pair in pairs if name in pair.latents]
     met = {latent for table in bucket for latent in table.latents} | {name}
     last = _last(bucket, own, name)
-    met |= {pair.other(name) for pair in own if pair is not last}
+    for pair in own:
+        met |= set(pair.gate_sizes) if pair is last else set(pair.latents)
     size = 1
     for latent in met:
         size *= sizes[latent]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.inference._pairs import MOST_NUMBERS
 from sloop_ppl.inference._phrase_tables import PhraseTables
-from sloop_ppl.inference.factors import DescriptionFactor, site_name
+from sloop_ppl.inference.factors import DescriptionFactor, gates_of, site_name
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.language import SpatialRelation
 from sloop_ppl.models import GroundedRelation, ProgramData
@@ -74,7 +74,7 @@ def lapses_of(
         for index, relation in enumerate(factor.about(target)):
             terms = [term for term in factor.relations(target) if term.index == index]
             if not terms:
-                found.append(_lapse_of_pair(joint, factor, target, index, len(found)))
+                found.append(_lapse_of_pair(joint, factor, which, target, index, len(found)))
                 continue
             prior = 1 - (1 - data.model.lapse) ** len(terms)
             p = 0.0
@@ -87,7 +87,12 @@ def lapses_of(
 
 
 def _lapse_of_pair(
-    joint: JointPosterior, factor: DescriptionFactor, target: str, index: int, position: int
+    joint: JointPosterior,
+    factor: DescriptionFactor,
+    which: int,
+    target: str,
+    index: int,
+    position: int,
 ) -> Lapse:
     """Return the probability that a relation to a target is wrong.
 
@@ -102,10 +107,16 @@ def _lapse_of_pair(
     if not pairs or not model.lapse or pairs[0].n_cells ** 2 > MOST_NUMBERS:
         return Lapse(relation, position, float(model.lapse), float(model.lapse))
     pair = replace(pairs[0], power=1.0)
-    cells = joint.probabilities(f"{pair.figure}/cell", f"{pair.ground}/cell")
+    gates, unsaid = gates_of(factor, which, pairs[0]), 0.0
+    cells = joint.probabilities(*gates, f"{pair.figure}/cell", f"{pair.ground}/cell")
     level = math.log(model.lapse) + factor.data.log_uninformative
     log_phi = pair.log_rows(torch.arange(pair.n_cells), of_figure=True).numpy()
-    p = float((cells * np.exp(level - log_phi)).sum())
+    for values in gates.values():  # where it was not meant, nothing tells of its lapse
+        said = np.isin(np.arange(len(cells)), sorted(values))
+        silent = cells[~said].sum()
+        cells = cells[said].sum(0)
+        unsaid += float(silent)
+    p = float((cells * np.exp(level - log_phi)).sum()) + unsaid * model.lapse
     return Lapse(relation, position, min(p, 1.0), float(model.lapse))
 
 

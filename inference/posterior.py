@@ -17,7 +17,7 @@ from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, Unknow
 from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
 from sloop_ppl.inference._log_evidence import LogEvidence
 from sloop_ppl.inference._log_tables import LogTable
-from sloop_ppl.inference._pairs import pair_tables
+from sloop_ppl.inference._pairs import pair_table
 from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.inference._store import StoredPosterior, load_parts, save_parts, to_dataset
 from sloop_ppl.inference._utterances import utterances_about
@@ -45,6 +45,12 @@ from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.lapses import Lapse, lapses_of
 from sloop_ppl.inference.predictive import PhraseCheck, check_phrase
 from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.inference.referents import (
+    GroundPosterior,
+    ReadingPosterior,
+    readings_of,
+    referents_of,
+)
 from sloop_ppl.inference.summaries import (
     entropy_nats,
     expected_distance_m,
@@ -255,7 +261,7 @@ class Posterior:
         if not self._factors_about(target):
             return {}
         _, factor = self._component(target, which)
-        weights = factor.data.log_weight[factor.data.targets.index(target)].exp()
+        weights = factor.data.log_weight_before(factor.data.targets.index(target)).exp()
         return dict(zip(factor.components, map(float, weights), strict=True))
 
     def joint_component(self, target: str, which: int = -1) -> xarray.DataArray:
@@ -329,16 +335,60 @@ class Posterior:
         """Return p(front, cell), dims angle, y, x, for one frame; arguments as in :meth:`frame`."""
         return frame_table(self._frame(target, ground, relation), self.city.grid, bins)
 
-    # Latents that the model declares
+    # What was meant
+
+    def grounds(self, target: str) -> tuple[GroundPosterior, ...]:
+        """Return what each ground of each relation of a target probably refers to.
+
+        Returns
+        -------
+        tuple of GroundPosterior
+            In the order of :meth:`relations`, one entry per ground ("between" has two), its
+            candidates with their probabilities, the most probable first; None is a place that is
+            not on the map.
+        """
+        self._check(target)
+        return referents_of(self.joint, self.factors, target)
+
+    def readings(self, which: int = -1) -> tuple[ReadingPosterior, ...]:
+        """Return the ways to understand a description, with their probabilities.
+
+        Parameters
+        ----------
+        which
+            Position in :attr:`descriptions`, the latest by default.
+
+        Returns
+        -------
+        tuple of ReadingPosterior
+            Reading, its prior probability and its posterior one; one reading that is certain where
+            the description has no others. Empty when nothing was said.
+
+        Raises
+        ------
+        InputError
+            When there is no such description.
+        """
+        count = len(self.descriptions)
+        if not count:
+            return ()
+        if not -count <= which < count:
+            raise InputError(
+                f"Description {which} does not exist; expected 0 to {count - 1}, or -1 for the "
+                "latest"
+            )
+        return readings_of(self.joint, self.factors, which)
+
+    # Latents that the model or the description declares
 
     @property
     def latents(self) -> tuple[str, ...]:
         """Names of the latents that the model declares, for each of those there are."""
         names = []
         for which, factor in enumerate(self.factors):
-            shared = [v.name for v in factor.data.shared if isinstance(v, Latent)]
-            own = [v.name for v in factor.data.own]
-            names += [site_name(name, which) for name in (*shared, *own)]
+            shared = [v for v in factor.data.shared if isinstance(v, Latent)]
+            declared = [v for v in (*shared, *factor.data.own) if v.choice is None]
+            names += [site_name(latent.name, which) for latent in declared]
         in_joint = set(self.joint.latents)  # nothing tells of one whose phrase no component reads
         return tuple(name for name in names if name in in_joint)
 
@@ -348,7 +398,7 @@ class Posterior:
         Parameters
         ----------
         name
-            One of `latents`.
+            One of `latents`, or of what a description leaves open, such as ``ground_0``.
 
         Returns
         -------
@@ -401,7 +451,7 @@ class Posterior:
 
     def _seen_from_ground(self, pair: PairKernel) -> Table:
         """Return the log of a relation to a target, where that is summed out, shape (S,)."""
-        (alone,) = pair_tables([replace(pair, power=1.0)])
+        alone = pair_table(replace(pair, power=1.0))
         with np.errstate(divide="ignore"):
             log_p = torch.from_numpy(np.log(self.belief(pair.ground).reshape(-1)))
         name = f"{pair.ground}/cell"
@@ -486,19 +536,21 @@ class Posterior:
         -------
         tuple of PhraseCheck
             In the order of :meth:`relations`, under the model's speaker form; a relation to several
-            grounds without a meaning of its own is checked by its first, one to a target not at
-            all.
+            grounds without a meaning of its own is checked by its first, one to a place that may be
+            several by the most probable of them. Left out is what is not on the map, and what is to
+            a target. The others are taken in their most probable reading.
 
         Raises
         ------
         InputError
             When the model cannot speak.
         """
-        generative = replace(self, model=speaker_of(self.model), method=Exact())
+        speaker = replace(speaker_of(self.model), sum_readings=False, sum_grounds=False)
+        generative = replace(self, model=speaker, method=Exact())
         terms = {term.index: term for term in reversed(self._numbered(target))}
         found = []
         for index, relation in enumerate(self.relations(target)):
-            if index not in terms:  # to a target: its words are not those of a place
+            if index not in terms or terms[index].is_silent:
                 continue
             others = without_relation(self.descriptions, target, index)
             belief = generative._with_factors(others, None).belief(target).reshape(-1)
@@ -509,7 +561,8 @@ class Posterior:
         """Return the grounded relations of a target, numbered as in :meth:`relations`."""
         found, before = [], 0
         for _, factor in self._factors_about(target):
-            found += [replace(t, index=t.index + before) for t in factor.relations(target)]
+            main = (term for term in factor.relations(target) if term.is_main)
+            found += [replace(t, index=t.index + before) for t in main]
             before += len(factor.about(target))
         return found
 
@@ -742,11 +795,10 @@ class Posterior:
 
     def _declared(self, name: str) -> tuple[Latent, str]:
         """Return a declared latent and its name in the joint posterior."""
-        if name not in self.latents:
-            raise UnknownName("latent of the model", name, self.latents)
         for which, factor in enumerate(self.factors):
             for latent in (*factor.data.shared, *factor.data.own):
-                if isinstance(latent, Latent) and site_name(latent.name, which) == name:
+                is_it = isinstance(latent, Latent) and site_name(latent.name, which) == name
+                if is_it and name in self.joint.latents:
                     return latent, name
         raise UnknownName("latent of the model", name, self.latents)
 

@@ -17,7 +17,6 @@ from pyro.infer.autoguide import AutoNormal, init_to_value
 from scipy.special import ive
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import description_tables, mistakes, seeded_torch
 from sloop_ppl.inference._frame_draws import draw_frame, framed_sites
 from sloop_ppl.inference.engines import Tables, positive, required
@@ -64,7 +63,7 @@ class Nuts:
         Raises
         ------
         InputError
-            When `rng` is missing, a frame is a point, or latents are shared.
+            When `rng` is missing, or a frame is a point.
         """
         return _averaged(self, data, required(rng, self.name))
 
@@ -114,7 +113,7 @@ class Svi:
         Raises
         ------
         InputError
-            When `rng` is missing, a frame is a point, or latents are shared.
+            When `rng` is missing, or a frame is a point.
         """
         return _averaged(self, data, required(rng, self.name))
 
@@ -137,21 +136,15 @@ class Svi:
 
 
 def _averaged(engine: Nuts | Svi, data: ProgramData, rng: np.random.Generator) -> Tables:
-    """Average the posterior of component and cell over frames from their posterior.
+    """Average the posterior of the discrete latents over frames from their posterior.
 
     Notes
     -----
-    The factor is Z E[L(k, s, psi) / Z(psi)] over the frames, where Z(psi) is the sum of L times
-    the prior over cells. Its product with that prior is the mean posterior, and sums to the
+    The factor is Z E[L(v, k, s, psi) / Z(psi)] over the frames, where Z(psi) is the sum of L times
+    the priors of cells and of what phrases share. Its product with that prior is the mean posterior, and sums to the
     evidence Z, which is estimated by importance sampling: half the draws from the frames' prior,
     half from von Mises distributions fitted to the frames that were found.
     """
-    if data.shared:
-        names = ", ".join(latent.name for latent in data.shared)
-        raise InputError(
-            f"Engine '{engine.name}' takes no shared frames or latents ({names}); use exact or "
-            "enumerate"
-        )
     check_density(data, f"Engine '{engine.name}'", points=False)
     tables = []
     for i in range(len(data.targets)):
@@ -186,18 +179,20 @@ def _chunks(frames: Mapping[str, Tensor]) -> list[dict[str, Tensor]]:
 
 
 def _given(program: Program, frames: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
-    """Return log L(k, s, psi), shape (n, K, S), and log Z(psi), shape (n,)."""
+    """Return log L(v, k, s, psi), shape (n, V..., K, S), and log Z(psi), shape (n,)."""
+    data = program.data
     factor = description_tables(program, frames)[0]
-    return factor, torch.logsumexp((factor + program.data.log_prior[0]).flatten(1), 1)
+    log_prior = data.log_shared[..., None, :] + data.log_prior[0]
+    return factor, torch.logsumexp((factor + log_prior).flatten(1), 1)
 
 
 def _mean_posterior(program: Program, frames: Mapping[str, Tensor]) -> NDArray[np.float64]:
-    """Return log E[L / Z] over frames drawn from their posterior, shape (K, S)."""
+    """Return log E[L / Z] over frames drawn from their posterior, shape (V..., K, S)."""
     parts = []
     with torch.no_grad():
         for chunk in _chunks(frames):
             factor, log_z = _given(program, chunk)
-            parts.append(torch.logsumexp(factor - log_z[:, None, None], 0))
+            parts.append(torch.logsumexp(factor - log_z.reshape(-1, *(1,) * (factor.dim() - 1)), 0))
         count = len(next(iter(frames.values())))
         mean = torch.logsumexp(torch.stack(parts), 0) - math.log(count)
     table: NDArray[np.float64] = mean.numpy()

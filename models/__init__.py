@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         ProgramData,
         SharedFrame,
         ground_description,
+        ground_target_relations,
         latents_of,
         program_data,
         true_places,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
     from sloop_ppl.models.simulation import SPEAKER, simulate, speaker_of
-    from sloop_ppl.models.target_grounds import ground_target_relations
     from sloop_ppl.models.tuning import load_parameters, with_parameters
     from sloop_ppl.models.user import load_model
 
@@ -125,6 +125,7 @@ _HOMES = {
         "ProgramData",
         "SharedFrame",
         "ground_description",
+        "ground_target_relations",
         "latents_of",
         "program_data",
         "true_places",
@@ -136,7 +137,6 @@ _HOMES = {
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
     "simulation": ("SPEAKER", "simulate", "speaker_of"),
-    "target_grounds": ("ground_target_relations",),
     "tuning": ("load_parameters", "with_parameters"),
     "user": ("load_model",),
 }

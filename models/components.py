@@ -78,11 +78,13 @@ class Component:
 
     def reads(self, term: GroundedRelation) -> bool:
         """Tell whether the component takes a phrase as it was said."""
-        return self.is_literal and (self.keep_frames or not term.needs_frame)
+        kept = self.keep_frames or not term.needs_frame
+        return self.is_literal and kept and not term.is_silent
 
     def terms_it_reads(self, terms: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
         """Return the terms this component keeps, as it reads them."""
-        kept = tuple(t for t in terms if self.keep_frames or not t.needs_frame)
+        said = (t for t in terms if not t.is_silent)
+        kept = tuple(t for t in said if self.keep_frames or not t.needs_frame)
         if self.read_as is None:
             return kept
         # A denied phrase has no affirmative reading to fall back on.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -16,8 +17,17 @@ from shapely.geometry.base import BaseGeometry
 from torch import Tensor
 
 from sloop_ppl.errors import DescriptionError, InputError
-from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Distance, Relation, SpatialRelation
+from sloop_ppl.language import (
+    HEARER,
+    NOT_ON_MAP,
+    RELATIONS,
+    WHOLE_MAP,
+    Distance,
+    Relation,
+    SpatialRelation,
+)
 from sloop_ppl.maps import CityMap, LandmarkFields
+from sloop_ppl.models._choices import Choice, Phrasing
 from sloop_ppl.models._reference_regions import (
     ReferenceRegion,
     distance_from,
@@ -34,6 +44,7 @@ from sloop_ppl.models._vocabulary import speaker_words
 __all__ = [
     "GroundedRelation",
     "as_vocabulary_word",
+    "ground_phrasing",
     "ground_relations",
     "with_hearer",
     "word_options",
@@ -81,6 +92,18 @@ class GroundedRelation:
     points
         Ground that is a point and no landmark, such as the place of who listens -> its (x, y),
         metres, which may be outside the map.
+    choices
+        What the description leaves open that its meaning depends on; see
+        `sloop_ppl.models._choices`.
+    said_when
+        Name of a reading or branch -> the values under which it is said; else it is silent.
+    slots
+        Per ground, the name of the latent that says which place it is, None for a certain one;
+        empty when all are.
+    denied
+        Per ground, the places that are all denied ("not near a bank"); empty when there is one.
+    is_silent
+        True when it says nothing: it is not said, or of a place that is not on the map.
     """
 
     relation: str
@@ -97,6 +120,11 @@ class GroundedRelation:
     description: int = 0
     distance_bounds: Distance | None = None
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    choices: tuple[Choice, ...] = ()
+    said_when: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    slots: tuple[str | None, ...] = ()
+    denied: tuple[tuple[str, ...], ...] = ()
+    is_silent: bool = False
 
     @property
     def n_cells(self) -> int:
@@ -342,6 +370,8 @@ class GroundedRelation:
             self.joint,
             tuple(self.points.get(ground) for ground in self.grounds),
             tuple(sorted(self.latents.items())),
+            self.denied,
+            self.is_silent,
         )
 
     @cached_property
@@ -374,6 +404,50 @@ class GroundedRelation:
             Indices into the map's cells, row by row; repeats are allowed.
         """
         return replace(self, cells=cells)
+
+    def chosen(self, name: str, value: Any) -> GroundedRelation:
+        """Return the same relation under a value of a latent of its description; see `choices`."""
+        if name in self.said_when:
+            return self if value in self.said_when[name] else replace(self, is_silent=True)
+        if value == NOT_ON_MAP or not self._is_place(value):
+            return replace(self, is_silent=True)
+        grounds = tuple(
+            value if slot == name else ground
+            for ground, slot in zip(self.grounds, self.slots, strict=True)
+        )
+        # No place lies between a ground and itself, so such a pair tells nothing.
+        is_pair = len(set(grounds)) == len(grounds)
+        return replace(self, grounds=grounds, is_silent=self.is_silent or not is_pair)
+
+    def _is_place(self, ground: str) -> bool:
+        """Tell whether a ground has a place of its own; another target has none that is known."""
+        return ground in self.city or is_map(self.city, ground) or ground in self.points
+
+    def is_said_in(self, name: str, value: int) -> bool:
+        """Tell whether the relation belongs to a reading, or a branch, of this name."""
+        return name not in self.said_when or value in self.said_when[name]
+
+    @property
+    def is_main(self) -> bool:
+        """Tell whether it belongs to the most probable reading."""
+        return all(self.is_said_in(c.name, 0) for c in self.choices if c.kind == "reading")
+
+    @property
+    def has_open_ground(self) -> bool:
+        """Tell whether it is not certain which place it is about."""
+        return any(self.slots) or any(self.denied)
+
+    @property
+    def each_denied(self) -> tuple[GroundedRelation, ...]:
+        """The relation to each of the places, or pairs of places, that are denied."""
+        if not any(self.denied):
+            return (self,)
+        options = [d or (g,) for d, g in zip(self.denied, self.grounds, strict=True)]
+        return tuple(
+            replace(self, grounds=grounds, denied=())
+            for grounds in itertools.product(*options)
+            if len(set(grounds)) == len(grounds)
+        )
 
     def with_latent(self, name: str, value: Any) -> GroundedRelation:
         """Return the same relation under a value of a latent; see `latents`."""
@@ -417,13 +491,46 @@ def ground_relations(
     map". It has sides, of which left is west and front is north, and no frame. Who listens has no
     place yet; see `with_hearer`.
     """
+    return tuple(
+        term
+        for index, relation in enumerate(relations)
+        for term in ground_phrasing(_certain(relation, index), index, city, joint=joint)
+    )
+
+
+def ground_phrasing(
+    phrasing: Phrasing, index: int, city: CityMap, *, joint: bool
+) -> tuple[GroundedRelation, ...]:
+    """Return the terms of one relation, with what has to be chosen before they have a meaning.
+
+    Parameters
+    ----------
+    phrasing
+        The relation and its choices.
+    index
+        Position of the relation among those of its figure.
+    city, joint
+        See `ground_relations`.
+
+    Raises
+    ------
+    UnknownName
+        When a ground, or a candidate of one, is not on the map.
+    """
+    relation, count = phrasing.relation, len(phrasing.relation.grounds)
+    slots = [None if slot is None else slot.name for slot in phrasing.slots] or [None] * count
+    denied = phrasing.denied or [()] * count
+    for ground in (c.ground for slot in relation.candidates for c in slot if c.ground is not None):
+        _ground_id(ground, city)
+    grounds = [_ground_id(ground, city) for ground in relation.grounds]
+    places = [_Place(*place) for place in zip(grounds, slots, map(tuple, denied), strict=True)]
     terms = []
-    for index, relation in enumerate(relations):
-        grounds = tuple(_ground_id(ground, city) for ground in relation.grounds)
-        terms += [
+    for together in _split(places, city, joint and not relation.each):
+        names = [place.slot for place in together]
+        terms.append(
             GroundedRelation(
                 relation=relation.relation,
-                grounds=together,
+                grounds=tuple(place.ground for place in together),
                 city=city,
                 negated=relation.negated,
                 stated_distance_m=relation.distance_m,
@@ -432,9 +539,13 @@ def ground_relations(
                 figure=relation.figure,
                 each=relation.each,
                 distance_bounds=relation.distance,
+                choices=tuple(c for c in phrasing.choices if c.kind != "ground" or c.name in names),
+                said_when=dict(phrasing.said_when),
+                slots=tuple(names) if any(names) else (),
+                denied=tuple(p.denied for p in together) if any(denied) else (),
+                is_silent=phrasing.is_silent,
             )
-            for together in _split(grounds, city, joint and not relation.each)
-        ]
+        )
     return tuple(terms)
 
 
@@ -472,6 +583,19 @@ def with_hearer(
     return terms
 
 
+def _certain(relation: SpatialRelation, index: int) -> Phrasing:
+    """Return a relation to its most probable grounds."""
+    return Phrasing(relation, index, {0}, is_silent=NOT_ON_MAP in relation.grounds)
+
+
+class _Place(NamedTuple):
+    """A ground of a phrase, the latent that says which it is, and all that are denied."""
+
+    ground: str
+    slot: str | None
+    denied: tuple[str, ...]
+
+
 def word_options(term: GroundedRelation) -> tuple[tuple[GroundedRelation, ...], int]:
     """Return all that could have been said of a term's grounds, and the index of what was.
 
@@ -493,19 +617,18 @@ def as_vocabulary_word(term: GroundedRelation) -> GroundedRelation:
     return replace(options[chosen], negated=term.negated)
 
 
-def _split(grounds: tuple[str, ...], city: CityMap, joint: bool) -> list[tuple[str, ...]]:
+def _split(places: list[_Place], city: CityMap, joint: bool) -> list[tuple[_Place, ...]]:
     """Return which grounds make up each term; the map never joins others."""
-    terms: list[tuple[str, ...]] = [(ground,) for ground in grounds]
     if not joint:
-        return terms
-    placed = tuple(dict.fromkeys(ground for ground in grounds if not is_map(city, ground)))
-    whole = (WHOLE_MAP,)
+        return [(place,) for place in places]
+    placed = tuple(dict.fromkeys(place for place in places if not is_map(city, place.ground)))
+    whole = (_Place(WHOLE_MAP, None, ()),)
     if not placed:
         return [whole]
-    return [placed, whole] if any(is_map(city, ground) for ground in grounds) else [placed]
+    return [placed, whole] if any(is_map(city, p.ground) for p in places) else [placed]
 
 
 def _ground_id(ground: str, city: CityMap) -> str:
-    if is_map(city, ground) or is_hearer(city, ground):
+    if ground == NOT_ON_MAP or is_map(city, ground) or is_hearer(city, ground):
         return ground
     return city.landmark(ground).id

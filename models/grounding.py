@@ -8,7 +8,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Hashable,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -18,9 +26,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
-from sloop_ppl.language import Description, SpatialRelation
+from sloop_ppl.errors import DescriptionError, InputError
+from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._choices import phrasings_of
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
@@ -28,18 +37,19 @@ from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import (
     GroundedRelation,
     as_vocabulary_word,
-    ground_relations,
+    ground_phrasing,
     with_hearer,
 )
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
-from sloop_ppl.models.target_grounds import split_by_targets, target_ids
+from sloop_ppl.models.target_grounds import SplitPhrasing, split_phrasing, target_ids
 
 __all__ = [
     "Phrase",
     "ProgramData",
     "SharedFrame",
     "ground_description",
+    "ground_target_relations",
     "latents_of",
     "program_data",
     "true_places",
@@ -50,12 +60,16 @@ RELIABLE = "reliable"
 
 _RESERVED = (
     *("angle", "cell", "component", "cut", "draw", "frame", "holds", "lapse", "normaliser"),
-    *("phrase", "prior", RELIABLE, "shared_error", "targets", "temper", "together", "x", "y"),
+    *("phrase", "prior", "reading", RELIABLE, "shared_error", "targets", "temper", "together"),
+    *("x", "y"),
 )
 """Names of the program's sites and of the axes of tables."""
 
 MOST_SETTINGS = 5184
 """Joint values of shared latents that are enumerated."""
+
+_MOST_NUMBERS = 1 << 23
+"""Numbers in the table of a target, beyond which what a description leaves open is cut short."""
 
 _SHARED_BINS = {1: 72, 2: 36}
 """Angle bins of each frame when so many are shared."""
@@ -127,8 +141,26 @@ class Phrase:
     shared_axis: int | None = None
     shared_angles: Tensor | None = None
 
-    def if_reliable(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
-        """Return `log_p` where the speaker is reliable, else a number.
+    @property
+    def is_of_each_denied(self) -> bool:
+        """Tell whether it denies several places: one table then, without frames of its own."""
+        return any(self.relation.denied)
+
+    def own_frames(self, site: str) -> dict[str, FrameDistribution]:
+        """Return the frames that it may depend on, each at a site of its own.
+
+        Parameters
+        ----------
+        site
+            Name of the first; of the m-th other one ``site/m``.
+        """
+        known = [frame for frame in self.frames or () if frame is not None]
+        return {
+            site if m == 0 else f"{site}/{m}": frame for m, frame in enumerate(dict.fromkeys(known))
+        }
+
+    def if_said(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
+        """Return `log_p` where the phrase says anything and the speaker is reliable, else a number.
 
         Parameters
         ----------
@@ -139,10 +171,10 @@ class Phrase:
         after
             How many axes come after those of the latents.
         """
-        if RELIABLE not in self.meanings[0].latents:
+        says = [one.latents.get(RELIABLE, True) and not one.is_silent for one in self.meanings]
+        if all(says):
             return log_p
-        reliable = torch.tensor([one.latents[RELIABLE] for one in self.meanings])
-        return torch.where(reliable.reshape(*self.sizes, *(1,) * after), log_p, otherwise)
+        return torch.where(torch.tensor(says).reshape(*self.sizes, *(1,) * after), log_p, otherwise)
 
     def bins(self, count: int) -> tuple[Tensor, Tensor]:
         """Return angle bins of its frame and their log masses, shape (sizes..., B) each.
@@ -197,12 +229,23 @@ class Phrase:
             Shape (sizes..., B, S).
         """
         given = each or (None,) * len(self.meanings)
-        tables = [table(*one) for one in zip(self.meanings, given, strict=True)]
+        made: dict[Hashable, Tensor] = {}
+        tables = []
+        for one, what in zip(self.meanings, given, strict=True):
+            # Readings and branches have meanings in common, and where it is silent there is none.
+            key = (one.meaning, id(what)) if one.choices else len(tables)
+            if key not in made:
+                made[key] = self._nothing if one.is_silent else table(one, what)
+            tables.append(made[key])
         cells = tables[0].shape[-1]
         if len(tables) == 1:
             return tables[0].reshape(*self.sizes, -1, cells)
         rows = torch.broadcast_tensors(*(one.reshape(-1, cells) for one in tables))
         return torch.stack(rows).reshape(*self.sizes, -1, cells)
+
+    @property
+    def _nothing(self) -> Tensor:
+        return torch.zeros(1, self.relation.n_cells, dtype=torch.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,16 +263,17 @@ class ProgramData:
     log_prior
         Log prior over cells of each target, shape (N, S).
     shared
-        Latents that several phrases depend on: frames, and declared ones.
+        Latents that several phrases depend on: frames, what the description leaves open, and those
+        that the model declares.
     truths
         True places of the targets, metres, for a model that is told them.
     number_priors
         Parameter of the likelihood -> distribution that it is drawn from.
     own
-        Declared latents that one phrase each depends on.
+        Latents of the description or the model that one phrase each depends on.
     to_targets
         Target -> its relations to other targets, which no table over its cells can hold; here they
-        only count as phrases.
+        only count as phrases, and may depend on what the description leaves open.
     """
 
     targets: tuple[str, ...]
@@ -266,11 +310,13 @@ class ProgramData:
     def n_phrases(self) -> tuple[Tensor, ...]:
         """How many phrases each component reads of each target, at least 1, (K, 1..., 1) each.
 
-        A phrase that is said of each of several grounds is one.
+        A phrase that is said of each of several grounds is one. Those of the most probable reading
+        count, and of alternatives the branch that has most, so that the number is the same
+        whatever was meant.
         """
         shape = (-1, *(1,) * (len(self.shared) + 1))
         every = [
-            phrases + self.to_targets.get(target, ())
+            phrases + self._counted(target)
             for target, phrases in zip(self.targets, self.relations, strict=True)
         ]
         return tuple(
@@ -284,8 +330,13 @@ class ProgramData:
     def power_of(self, term: GroundedRelation) -> float:
         """Return the exponent that tempering gives a relation to another target."""
         i = self.targets.index(term.figure)
-        n = _count(self.relations[i] + self.to_targets.get(term.figure, ()))
+        n = max(_count(self.relations[i] + self._counted(term.figure)), 1)
         return float(n ** -float(self.model.temper))
+
+    def _counted(self, target: str) -> tuple[GroundedRelation, ...]:
+        """Return its relations to other targets, those left out that may be to a place, too."""
+        terms = self.to_targets.get(target, ())
+        return tuple(one for one in terms if not any(c.kind == "ground" for c in one.choices))
 
     @cached_property
     def cuts(self) -> Tensor:
@@ -336,7 +387,8 @@ class ProgramData:
             )
         shared = {v.ground for v in self.shared if isinstance(v, SharedFrame)}
         grounds = {one.ground for one in meanings}
-        if has_frame and len(grounds) > 1 and shared & (grounds | {relation.ground}):
+        changed = len(grounds) > 1 and not relation.has_open_ground
+        if has_frame and changed and shared & (grounds | {relation.ground}):
             raise InputError(
                 f"A latent changes the ground of {phrase}, whose frame phrases share; use a model "
                 "without shared frames"
@@ -353,7 +405,10 @@ class ProgramData:
 
     @cached_property
     def log_weight(self) -> Tensor:
-        """Log prior weight of each component, -inf where it does not apply, shape (N, K)."""
+        """Log prior weight of each component, -inf where it does not apply, shape (N, K).
+
+        It is that of the most probable reading that says anything of the target.
+        """
         return log_normalise(
             torch.tensor(
                 [
@@ -361,11 +416,64 @@ class ProgramData:
                         math.log(part.weight) if self.applies(part, relations) else -math.inf
                         for part in self.model.components
                     ]
-                    for relations in self.relations
+                    for relations in map(_main, self.relations)
                 ],
                 dtype=torch.float64,
             )
         )
+
+    @property
+    def reading_axes(self) -> tuple[int, ...]:
+        """Which of the shared latents are readings."""
+        return tuple(
+            axis
+            for axis, latent in enumerate(self.shared)
+            if isinstance(latent, Latent) and latent.choice == "reading"
+        )
+
+    @cached_property
+    def log_weight_given(self) -> tuple[Tensor, ...]:
+        """Log prior weight of each component given the readings, per target, shape (V..., K).
+
+        The axes of the latents are left out where the readings do not matter; else those of other
+        latents have length one. Of a target of which a reading says nothing, weights are those of
+        the most probable reading.
+        """
+        return tuple(
+            self._log_weight_given(relations, fixed)
+            for relations, fixed in zip(self.relations, self.log_weight, strict=True)
+        )
+
+    def _log_weight_given(self, relations: tuple[GroundedRelation, ...], fixed: Tensor) -> Tensor:
+        axes = [
+            axis for axis in self.reading_axes if any(map(self.shared[axis].is_about, relations))
+        ]
+        if not axes:
+            return fixed
+        sizes = [len(v.support) if a in axes else 1 for a, v in enumerate(self.shared)]
+        rows = []
+        for values in itertools.product(*map(range, sizes)):
+            read = tuple(
+                one
+                for one in relations
+                if all(one.is_said_in(self.shared[a].name, values[a]) for a in axes)
+            )
+            weights = [
+                math.log(part.weight) if self.applies(part, read) else -math.inf
+                for part in self.model.components
+            ]
+            says = any(not one.is_silent for one in read)
+            own = torch.tensor(weights, dtype=torch.float64)
+            rows.append(log_normalise(own) if says else fixed)
+        return torch.stack(rows).reshape(*sizes, -1)
+
+    def log_weight_before(self, i: int) -> Tensor:
+        """Return the log prior weight of each component of a target, over its readings, (K,)."""
+        given = self.log_weight_given[i]
+        if given.dim() == 1:
+            return given
+        joint = given + self.log_prior_of(self.reading_axes)
+        return torch.logsumexp(joint.flatten(0, -2), 0)
 
     def framed_phrases(self) -> Iterator[tuple[str, int, Phrase]]:
         """Yield target, position and phrase of every frame that the program draws by itself.
@@ -393,11 +501,15 @@ class ProgramData:
     @property
     def log_shared(self) -> Tensor:
         """Log prior of the joint values of the shared latents, shape (V..., 1)."""
+        return self.log_prior_of(range(len(self.shared)))
+
+    def log_prior_of(self, axes: Iterable[int]) -> Tensor:
+        """Return the log prior of the joint values of some shared latents, shape (V..., 1)."""
         total = torch.zeros((1,) * (len(self.shared) + 1), dtype=torch.float64)
-        for axis, latent in enumerate(self.shared):
+        for axis in axes:
             shape = [1] * (len(self.shared) + 1)
             shape[axis] = -1
-            total = total + latent.log_prior.reshape(shape)
+            total = total + self.shared[axis].log_prior.reshape(shape)
         return total
 
     def applies(self, part: Component, relations: tuple[GroundedRelation, ...]) -> bool:
@@ -405,7 +517,7 @@ class ProgramData:
 
         Of a target of which nothing was said the first component stands for all.
         """
-        if self.model.needs_truth or not relations:
+        if self.model.needs_truth or all(one.is_silent for one in relations):
             return self.model.needs_truth or part == self.model.components[0]
         return bool(part.terms_it_reads(relations))
 
@@ -423,24 +535,50 @@ class ProgramData:
             for latent in (*self.shared, *own)
         ]
         supports = [(None,) if a is None else a.support for a in concerned]
+        # What was heard comes first: a model's latents may look at the place that is meant.
+        order = sorted(
+            (axis for axis, latent in enumerate(concerned) if latent is not None),
+            key=lambda axis: getattr(concerned[axis], "choice", None) is None,
+        )
         meanings = []
         for values in itertools.product(*supports):
             one = relation
-            for latent, value in zip(concerned, values, strict=True):
-                one = one if latent is None else latent.apply(one, value)
+            for axis in order:
+                latent = concerned[axis]
+                one = one if latent is None else latent.apply(one, values[axis])
             meanings.append(one)
         if self.model.normalisation == "speaker":
-            meanings = [as_vocabulary_word(one) for one in meanings]
-        frames = tuple(self.model.frame_prior_for(one) for one in meanings)
+            meanings = [one if one.is_silent else as_vocabulary_word(one) for one in meanings]
+        frames = self._frames_of(meanings)
         has_frame = any(frame is not None for frame in frames)
         self._check_meanings(relation, meanings, has_frame=has_frame)
         sizes = tuple(len(support) for support in supports)
         found = Phrase(relation, own, sizes, tuple(meanings), frames if has_frame else None)
         for axis, shared in enumerate(self.shared):
-            if has_frame and isinstance(shared, SharedFrame) and shared.ground == relation.ground:
+            if (
+                has_frame
+                and isinstance(shared, SharedFrame)
+                and shared.ground == relation.ground
+                and not relation.has_open_ground
+            ):
                 angles = torch.from_numpy(shared.angles_rad)
                 return replace(found, shared_axis=axis, shared_angles=angles)
         return found
+
+    def _frames_of(
+        self, meanings: Sequence[GroundedRelation]
+    ) -> tuple[FrameDistribution | None, ...]:
+        """Return the frame prior of each meaning; the frame is that of the ground it has."""
+        if any(meanings[0].denied):
+            return (None,) * len(meanings)
+        made: dict[Hashable, FrameDistribution | None] = {}
+        found = []
+        for n, one in enumerate(meanings):
+            key = one.meaning if one.choices else n
+            if key not in made:
+                made[key] = self.model.frame_prior_for(one)
+            found.append(made[key])
+        return tuple(found)
 
 
 def latents_of(model: ObservationModel) -> tuple[Latent, ...]:
@@ -476,7 +614,7 @@ def ground_description(
     others
         Ids of targets that were spoken of before. Relations to a target are left out: they say how
         two targets lie apart; see
-        :func:`sloop_ppl.models.target_grounds.ground_target_relations`.
+        `ground_target_relations`.
 
     Raises
     ------
@@ -486,46 +624,157 @@ def ground_description(
         When a ground is who listens, and the description does not say where that is.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
-    known = target_ids(texts, city, others)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
     counts: Counter[str] = Counter()
-    for position, text in enumerate(texts):
-        for target in text.targets:
-            relations = text.about(target.id)
-            if not model.heed_distance:
-                relations = tuple(replace(r, distance_m=None, distance=None) for r in relations)
-            terms = _grounded(relations, city, model, known)
-            terms = with_hearer(terms, text.hearer)
-            if position:
-                terms = tuple(
-                    replace(term, index=term.index + counts[target.id], description=position)
-                    for term in terms
-                )
-            grounded[target.id] = grounded.get(target.id, ()) + terms
-            counts[target.id] += len(relations)
-    return grounded
+    rest: dict[str, tuple[GroundedRelation, ...]] = {}
+    for text, target, phrasings in _by_target(texts, city, model, others):
+        own: list[GroundedRelation] = []
+        for one in phrasings:
+            if one.of_places is not None:
+                joint = model.joint_grounds
+                own += ground_phrasing(one.of_places, one.index, city, joint=joint)
+        terms = with_hearer(tuple(own), texts[text].hearer)
+        terms = tuple(replace(term, description=text) for term in terms) if text else terms
+        main = tuple(term for term in terms if term.index >= 0)
+        grounded[target] = grounded.get(target, ()) + main
+        rest[target] = rest.get(target, ()) + tuple(term for term in terms if term.index < 0)
+        counts[target] += len(texts[text].about(target))
+    # Relations of other readings alone come after all of the most probable ones, and so are
+    # numbered: what is asked of the j-th relation that was read means the same with and without.
+    return {
+        target: terms
+        + tuple(replace(term, index=counts[target] + n) for n, term in enumerate(rest[target]))
+        for target, terms in grounded.items()
+    }
 
 
-def _grounded(
-    relations: Sequence[SpatialRelation],
+def ground_target_relations(
+    descriptions: Sequence[Description],
     city: CityMap,
     model: ObservationModel,
-    targets: Collection[str],
-) -> tuple[GroundedRelation, ...]:
-    """Return the terms of what relations say of places, those to targets left out."""
-    terms: list[GroundedRelation] = []
-    for index, relation in enumerate(relations):
-        of_places, _ = split_by_targets(relation, targets)
-        if of_places is not None:
-            some = ground_relations((of_places,), city, joint=model.joint_grounds)
-            terms += [replace(term, index=index) for term in some]
-    return tuple(terms)
+    others: Collection[str] = (),
+) -> dict[str, tuple[GroundedRelation, ...]]:
+    """Return target -> its relations to other targets, of one speaker, in the order of saying.
+
+    Parameters
+    ----------
+    descriptions
+        All that the speaker said.
+    city, model
+        The map and the observation model.
+    others
+        Ids of targets that were spoken of before.
+
+    Returns
+    -------
+    dict
+        Only targets that have some. What is said in some readings or branches alone, or of a
+        mention that may be another place, has that in `GroundedRelation.said_when`.
+
+    Raises
+    ------
+    DescriptionError
+        When a target is located by itself.
+
+    Notes
+    -----
+    Nothing is measured yet: where such a ground is, no one knows; see
+    :class:`sloop_ppl.models.PairKernel`. A model that takes no phrase as it was said ("uniform",
+    "keyword", "informed") takes none of these either.
+    """
+    if model.needs_truth or not any(part.is_literal for part in model.components):
+        return {}
+    found: dict[str, tuple[GroundedRelation, ...]] = {}
+    for text, target, phrasings in _by_target(descriptions, city, model, others):
+        terms = tuple(
+            GroundedRelation(
+                relation=pair.relation.relation,
+                grounds=pair.relation.grounds,
+                city=city,
+                negated=pair.relation.negated,
+                stated_distance_m=pair.relation.distance_m,
+                index=one.index,
+                figure=target,
+                each=pair.relation.each,
+                description=text,
+                distance_bounds=pair.relation.distance,
+                choices=pair.choices,
+                said_when=pair.said_when,
+            )
+            for one in phrasings
+            for pair in one.to_targets
+        )
+        for term in terms:
+            if term.ground == target:
+                raise DescriptionError(
+                    f"Relation '{term.relation}' of '{target}' is to '{target}' itself; expected a "
+                    "landmark or another target"
+                )
+        if terms:
+            found[target] = found.get(target, ()) + terms
+    return found
+
+
+def _by_target(
+    texts: Sequence[Description],
+    city: CityMap,
+    model: ObservationModel,
+    others: Collection[str],
+) -> Iterator[tuple[int, str, tuple[SplitPhrasing, ...]]]:
+    """Yield position of a text, a target and what is said of it there, numbered on.
+
+    A relation of no main reading has the number -1.
+    """
+    known = target_ids(texts, city, others)
+    counts: Counter[str] = Counter()
+    for position, text in enumerate(texts):
+        heed = {} if model.heed_distance else {"distance_m": None, "distance": None}
+        phrasings = phrasings_of(
+            text, sum_readings=model.sum_readings, sum_grounds=model.sum_grounds, text=position
+        )
+        for target in text.targets:
+            yield (
+                position,
+                target.id,
+                tuple(
+                    split_phrasing(
+                        replace(one, relation=replace(one.relation, **heed)),
+                        known,
+                        -1 if one.position is None else counts[target.id] + one.position,
+                    )
+                    for one in phrasings
+                    if one.relation.figure == target.id
+                ),
+            )
+            counts[target.id] += len(text.about(target.id))
+
+
+def _main(relations: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
+    """Return the relations of the most probable reading, all of them when it has none."""
+    main = tuple(one for one in relations if one.is_main and not one.is_silent)
+    return main or relations
 
 
 def _count(relations: Sequence[GroundedRelation]) -> int:
-    """Return the number of phrases that grounded relations make up."""
-    each = {(one.description, one.index) for one in relations if one.each}
-    return len(each) + sum(not one.each for one in relations)
+    """Return the number of phrases of the most probable reading.
+
+    Of a group of alternatives the branch with most phrases counts.
+    """
+    branches: dict[str, Counter[int]] = {}
+    each, alone = set(), 0
+    for one in relations:
+        group = next((c.name for c in one.choices if c.kind == "branch"), None)
+        if not one.is_main:
+            continue
+        if one.each and (one.description, one.index) in each:
+            continue
+        if one.each:
+            each.add((one.description, one.index))
+        if group is None:
+            alone += 1
+        else:
+            branches.setdefault(group, Counter()).update(one.said_when[group])
+    return alone + sum(max(counter.values()) for counter in branches.values())
 
 
 def _is_ours(value: object) -> bool:
@@ -602,13 +851,23 @@ def program_data(
     every = [relation for phrases in relations for relation in phrases]
     frames = _shared_frames(every, model)
     placed = [(t, j, r) for t, phrases in grounded.items() for j, r in enumerate(phrases)]
-    latents = tuple(one for latent in latents_of(model) for one in latent.each(placed))
-    declared = tuple(
-        latent for latent in latents if sum(latent.is_about(relation) for relation in every) != 1
+    between = [relation for terms in (to_targets or {}).values() for relation in terms]
+    latents = (
+        *_choices_of([*every, *between]),
+        *(one for latent in latents_of(model) for one in latent.each(placed)),
     )
+    declared = tuple(
+        latent
+        for latent in latents
+        if latent.choice in ("reading", "branch")
+        or any(latent.is_about(relation) for relation in between if latent.choice)
+        or sum(latent.is_about(relation) for relation in every) != 1
+    )
+    declared = _most_probable(declared, frames, len(model.components) * city.grid.size)
     names = [latent.name for latent in _declared(model)]
     _check_names(names, targets, frames, number_priors or {})
     _check_sites([latent.name for latent in latents])
+    shared = {latent.name for latent in declared}
     _check_shared((*frames, *declared), model)
     return ProgramData(
         targets,
@@ -619,9 +878,64 @@ def program_data(
         (*frames, *declared),
         tuple(truths) if truths is not None and model.needs_truth else None,
         dict(number_priors or {}),
-        tuple(latent for latent in latents if latent not in declared),
+        tuple(latent for latent in latents if latent.name not in shared),
         to_targets or {},
     )
+
+
+def _choices_of(every: Sequence[GroundedRelation]) -> tuple[Latent, ...]:
+    """Return the latents that descriptions declare: readings, then branches, then grounds."""
+    kinds = ("reading", "branch", "ground")
+    choices = {c.name: c for kind in kinds for r in every for c in r.choices if c.kind == kind}
+    return tuple(map(Latent.of_choice, choices.values()))
+
+
+def _most_probable(
+    latents: tuple[Latent, ...], frames: Sequence[SharedFrame], size: int
+) -> tuple[Latent, ...]:
+    """Leave out the least probable values of readings, branches and grounds, until all fits.
+
+    Parameters
+    ----------
+    latents
+        Those that phrases share.
+    frames
+        Frames that they share.
+    size
+        Numbers in the table of one joint value.
+
+    Notes
+    -----
+    A person who talks long leaves more open than can be listed; what was least probable from the
+    start goes first. The most probable reading stays.
+    """
+    kept = list(latents)
+    fixed = math.prod(len(frame.support) for frame in frames)
+
+    def is_too_much() -> bool:
+        joint = fixed * math.prod(len(latent.support) for latent in kept)
+        return joint > MOST_SETTINGS or joint * size > _MOST_NUMBERS
+
+    while is_too_much():
+        options = [
+            (latent.prior[v], -n, -v)
+            for n, latent in enumerate(kept)
+            if latent.choice is not None
+            for v in range(1, len(latent.support))
+        ]
+        if not options:
+            break
+        _, n, v = min(options)
+        kept[-n] = _without(kept[-n], -v)
+    return tuple(kept)
+
+
+def _without(latent: Latent, v: int) -> Latent:
+    """Return a latent without one of its values."""
+    support = (*latent.support[:v], *latent.support[v + 1 :])
+    prior = (*latent.prior[:v], *latent.prior[v + 1 :])
+    total = math.fsum(prior)
+    return replace(latent, support=support, prior=tuple(p / total for p in prior))
 
 
 def _shared_frames(
@@ -629,12 +943,16 @@ def _shared_frames(
 ) -> tuple[SharedFrame, ...]:
     """Return the frames that a model lets several phrases share.
 
-    A frame is shared by all frame phrases about a ground, of any target; its prior is that of a
+    A frame is shared by all frame phrases about a certain ground, of any target; its prior is that of a
     front or behind phrase, if there is one, whatever the order in which they were said.
     """
     if not model.shared_frames:
         return ()
-    framed = [relation for relation in every if model.frame_prior_for(relation) is not None]
+    framed = [
+        relation
+        for relation in every
+        if not relation.has_open_ground and model.frame_prior_for(relation) is not None
+    ]
     counts = Counter(relation.ground for relation in framed)
     several = [ground for ground, count in counts.items() if count > 1]
     if len(several) > max(_SHARED_BINS):

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, SloopError, UnknownName
+from sloop_ppl.models._choices import Choice, ChoiceKind
 from sloop_ppl.models.grounded_relation import GroundedRelation
 
 __all__ = ["Latent", "Per"]
@@ -80,6 +81,8 @@ class Latent:
     per: Per = "speaker"
     key: str = ""
     """Name under which a likelihood finds the value, where it is not that of the site."""
+    choice: ChoiceKind | None = None
+    """What is chosen, of a latent that a description declares and not a model; see `of_choice`."""
 
     def __post_init__(self) -> None:
         if not self.name or not isinstance(self.name, str):
@@ -110,6 +113,18 @@ class Latent:
                 f"The prior of latent '{self.name}' sums to {total:g}; expected probabilities of "
                 "at least 0 that sum to 1"
             )
+
+    @classmethod
+    def of_choice(cls, choice: Choice) -> Latent:
+        """Return the latent of something that a description leaves open."""
+        return cls(
+            choice.name,
+            choice.support,
+            choice.prior,
+            concerns=partial(_depends_on, choice.name),
+            given=partial(_chosen, choice.name),
+            choice=choice.kind,
+        )
 
     @property
     def is_data(self) -> bool:
@@ -200,6 +215,14 @@ class Latent:
             f"{target}/{self.name}_{j}",
             lambda other: (other.figure, other.index, other.grounds) == key,
         )
+
+
+def _depends_on(name: str, relation: GroundedRelation) -> bool:
+    return any(choice.name == name for choice in relation.choices)
+
+
+def _chosen(name: str, relation: GroundedRelation, value: Any) -> GroundedRelation:
+    return relation.chosen(name, value)
 
 
 def _both(

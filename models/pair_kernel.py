@@ -72,6 +72,16 @@ class PairKernel:
         return self.relation.ground
 
     @property
+    def is_alternative(self) -> bool:
+        """Tell whether its ground may be a place as well; that is then another phrase."""
+        return any(choice.kind == "ground" for choice in self.relation.choices)
+
+    @property
+    def log_silent(self) -> float:
+        """Its log factor where it says nothing."""
+        return self.power * self.model.log_uninformative(self.n_cells)
+
+    @property
     def n_cells(self) -> int:
         """How many cells each of the two may be in, S."""
         return self.city.grid.size
@@ -182,10 +192,10 @@ class PairKernel:
         )
         peak = log_g.new_zeros(1)
         if self.relation.negated:
-            peak = log_greatest(data, likelihood, phrase)
+            peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
         log_g = log_held(log_g, self.relation, self.model, peak)[..., 0, :].reshape(-1, grid.size)
         level = self.model.log_uninformative(self.n_cells)
-        silent = phrase.if_reliable(torch.zeros(*phrase.sizes, 1), 1.0).reshape(-1) > 0
+        silent = phrase.if_said(torch.zeros(*phrase.sizes, 1), 1.0).reshape(-1) > 0
         tables, sums = [], []
         for table, says_nothing in zip(log_g, silent, strict=True):
             log_z = torch.zeros(self.n_cells, dtype=torch.float64)
@@ -212,7 +222,8 @@ class PairKernel:
     def _data(self) -> ProgramData:
         """What the program of the phrase alone is run on: displacements from a ground at 0."""
         apart = _displacements(self.city)
-        term = replace(self.relation, city=apart, points={self.ground: (0.0, 0.0)})
+        at = {self.ground: (0.0, 0.0)}
+        term = replace(self.relation, city=apart, points=at, choices=(), said_when={})
         return program_data({self.figure: (term,)}, apart, self.model)
 
     @cached_property

@@ -76,6 +76,11 @@ class ObservationModel:
         One of `VARIANTS`.
     latents
         Further latents that its program draws; see :class:`sloop_ppl.models.Latent`.
+    sum_readings
+        True to sum over the readings and alternatives of a description; False to take the most
+        probable reading, and of alternatives the first, as the paper's methods do.
+    sum_grounds
+        True to sum over what each mention may refer to; False to take the most probable place.
 
     Raises
     ------
@@ -99,6 +104,8 @@ class ObservationModel:
     informed_sigma_m: float | None = None
     variant: str = "published"
     latents: tuple[Latent, ...] = ()
+    sum_readings: bool = True
+    sum_grounds: bool = True
 
     def __post_init__(self) -> None:
         if not self.components:
@@ -141,6 +148,8 @@ class ObservationModel:
         faces, or a thing that is searched for, no one knows: any way, unless it is set from
         outside.
         """
+        if term.is_silent:
+            return None
         speaks = self.normalisation == "speaker"
         if not speaks and not term.needs_frame:
             return None
@@ -246,6 +255,8 @@ def _register(name: str, *components: Component, informed_sigma_m: float | None 
             likelihood=LIKELIHOODS["gaussian-clipped"],
             frame_prior=PredictedPoint(),
             informed_sigma_m=informed_sigma_m,
+            sum_readings=False,
+            sum_grounds=False,
         ),
     )
 

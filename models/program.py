@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 import numpy as np
 import pyro
@@ -33,6 +33,7 @@ from sloop_ppl.models.grounding import (
     Phrase,
     ProgramData,
     ground_description,
+    ground_target_relations,
     program_data,
     true_places,
 )
@@ -44,12 +45,14 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.presets import ObservationModel, preset
-from sloop_ppl.models.target_grounds import ground_target_relations
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 
 Frames = Literal["bins", "density", "summed"]
 """How frames are drawn: Categorical over angle bins, from their density, or summed out."""
+
+PairSite: TypeAlias = tuple[str, str, Tensor]
+"""Ids of a figure and of the target that is its ground, and the log factor of their cells."""
 
 T = TypeVar("T")
 
@@ -61,7 +64,9 @@ _ONE = torch.ones(())
 _MOST_DIMS = 24
 
 
-def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
+def generative_model(
+    data: ProgramData, frames: Frames, bins: int, pairs: Mapping[str, PairSite] | None = None
+) -> dict[str, Tensor]:
     """Draw where targets are and how each phrase was meant; observe that the description holds.
 
     For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
@@ -75,11 +80,13 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
     likelihood = with_values(model.likelihood, numbers)
     shared = [pyro.sample(v.name, categorical(v.log_prior)) for v in data.shared]
     for i, target in plate(data, frames, "targets", data.targets):
-        component = pyro.sample(f"{target}/component", categorical(data.log_weight[i]))
+        log_weight = at_latents(data.log_weight_given[i], shared)
+        component = pyro.sample(f"{target}/component", categorical(log_weight))
         cells[target] = cell = pyro.sample(f"{target}/cell", categorical(data.log_prior[i]))
         log_phi = []
         for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
-            phrase, log_peak, log_z, log_expected_phi = summed_phrase(data, likelihood, relation)
+            summed = summed_phrase(data, likelihood, relation)
+            phrase, log_peak, log_z, log_expected_phi, log_meant = summed
             log_phi.append(log_expected_phi)
             if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
                 log_holds = look_up(log_expected_phi, (*shared, cell))
@@ -87,16 +94,19 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
                 name = f"{target}/frame_{j}"
                 angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
-                log_g = phrase.over_meanings(
-                    lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
-                    angles,
-                )
-                if model.normalisation == "speaker":  # P(word) among what could have been said
-                    log_g = log_g - phrase.over_meanings(
-                        lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
+                log_p = log_meant[..., None, :]
+                if not phrase.is_of_each_denied:
+                    log_g = phrase.over_meanings(
+                        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
+                        angles,
                     )
-                log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
-                log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
+                    if model.normalisation == "speaker":  # P(word) among what could have been said
+                        log_g = log_g - phrase.over_meanings(
+                            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle),
+                            angles,
+                        )
+                    log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
+                    log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
@@ -118,9 +128,9 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
             log_p = log_l * data.n_phrases[i] ** -double(model.temper)
             pyro.factor(f"{target}/temper", look_up(log_p - log_l, at))
         if model.normalisation == "map":  # each component a distribution over a uniform map
-            log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
-            pyro.factor(f"{target}/normaliser", -look_up(log_z, (component,)))
-            log_p = log_p - log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
+            log_z = log_normaliser(data, i, log_p)
+            pyro.factor(f"{target}/normaliser", -look_up(log_z, at))
+            log_p = log_p - log_z
         if data.cuts.any():
             log_cut = torch.where(data.cuts, cut_below_uniform(log_p), log_p)
             pyro.factor(f"{target}/cut", look_up(log_cut - log_p + (log_l - observed), at))
@@ -128,7 +138,19 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
         if model.error_m:
             log_moved = log_blur(log_p, data.city.grid, model.error_m)
             pyro.factor(f"{target}/shared_error", look_up(log_moved - log_p, at))
+    for name, (figure, ground, log_pair) in (pairs or {}).items():
+        log_holds = look_up(log_pair, (*shared, cells[ground], cells[figure]))
+        pyro.sample(name, LogBernoulli(log_holds), obs=_ONE)
     return cells
+
+
+def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
+    """Return the rows of a table (V..., K) at values of latents; one without their axes as it is."""
+    if table.dim() == 1:
+        return table
+    nothing = torch.tensor(0)
+    chosen = [nothing if n == 1 else v for v, n in zip(latents, table.shape, strict=False)]
+    return table[tuple(torch.broadcast_tensors(*chosen))]
 
 
 def plate(
@@ -192,14 +214,15 @@ def draw_frame_angle(
     latents
         Values of the latents that its tables have axes for.
     frames
-        From bins or from the density.
+        From bins or from the density. In bins the frame is Categorical given the latents; a
+        density has one site for each ground that may be meant, ``T/frame_j/m`` for the others.
     bins
         Number of bins.
 
     Raises
     ------
     InputError
-        When the density depends on another latent.
+        When the frame is a point under some values of another latent.
     """
     nothing = torch.tensor(0)
     if phrase.frames is None:
@@ -215,14 +238,17 @@ def draw_frame_angle(
         index = pyro.sample(name, categorical(masses))
         pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
         return FrameAngles(list(angles.reshape(len(phrase.meanings), -1)), index)
-    if len(set(phrase.frames)) > 1 or phrase.frames[0] is None:
+    own = phrase.own_frames(name)
+    if len(spread) < len([frame for frame in phrase.frames if frame is not None]):
         raise InputError(
-            f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' depends on "
-            "another latent, so it has no density of its own; use frames='bins'"
+            f"The frame of '{phrase.relation.relation} {phrase.relation.ground}' is a point under "
+            "some values of another latent, so it has no density; use frames='bins'"
         )
-    angle = pyro.sample(name, FrameDensity(phrase.frames[0]))
-    index = torch.arange(angle.numel()).reshape(angle.shape)
-    return FrameAngles([angle.reshape(-1)] * len(phrase.meanings), index)
+    # One angle for each ground that may be meant: those of the others are drawn from their priors.
+    drawn = {frame: pyro.sample(site, FrameDensity(frame)) for site, frame in own.items()}
+    first, *_ = drawn.values()
+    angles = [drawn[frame].reshape(-1) if frame else first.reshape(-1) for frame in phrase.frames]
+    return FrameAngles(angles, torch.arange(first.numel()).reshape(first.shape))
 
 
 class SummedPhrase(NamedTuple):
@@ -239,12 +265,15 @@ class SummedPhrase(NamedTuple):
         Log of the sum over the map of E_psi[g], shape (V..., U..., 1); 0 where it is not divided.
     log_phi
         Log of E[phi] over frame, lapse and own latents, shape (V..., S).
+    log_meant
+        Log of E[phi] over the frame alone, had it not lapsed, shape (V..., U..., S).
     """
 
     phrase: Phrase
     log_peak: Tensor
     log_z: Tensor
     log_phi: Tensor
+    log_meant: Tensor
 
 
 def summed_phrase(
@@ -262,15 +291,23 @@ def summed_phrase(
     if key in data.tables:
         kept: SummedPhrase = data.tables[key]
         return kept._replace(phrase=phrase)
-    log_g = phrase.over_meanings(
-        lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
-    )
-    log_peak = log_greatest(data, likelihood, phrase) if relation.negated else log_g.new_zeros(1)
-    log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
+    if phrase.is_of_each_denied:
+        log_g = phrase.over_meanings(lambda one, _: log_none_holds(data, likelihood, one))[
+            ..., 0, :
+        ]
+        log_peak = log_g.new_zeros(1)
+    else:
+        log_g = phrase.over_meanings(
+            lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
+        )
+        log_peak = log_g.new_zeros(1)
+        if relation.negated:
+            log_peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
+        log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
-    log_p = phrase.if_reliable(log_g - log_z, data.log_uninformative)
+    log_p = log_meant = phrase.if_said(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
         given = phrase.over_meanings(
@@ -281,11 +318,12 @@ def summed_phrase(
                 lambda meaning, _: log_vocabulary(likelihood, meaning, angles)
             )
         log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
-        log_p = phrase.if_reliable(log_p, data.log_uninformative, after=2)
+        log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
         log_p = phrase.on_shared_axis(log_p)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
-    found = SummedPhrase(phrase, log_peak, log_z, with_lapse(log_p, model, data.log_uninformative))
+    log_phi = with_lapse(log_p, model, data.log_uninformative)
+    found = SummedPhrase(phrase, log_peak, log_z, log_phi, log_meant)
     if not data.number_priors:
         data.tables[key] = found
     return found
@@ -372,6 +410,62 @@ def component_tables(
     return log_l + together, together, observed + together
 
 
+def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
+    """Return what each component's table is divided by, shape (K, 1...) or (K, V..., 1).
+
+    Parameters
+    ----------
+    data
+        The program's data.
+    i
+        Position of the target.
+    log_p
+        The components' tables, tempered, shape (K, V..., S).
+
+    Notes
+    -----
+    The sum over shared latents and a uniform map, so that each component is a distribution. With
+    several readings it is that of each reading h, so that h alone gives the belief it would give
+    by itself, times the reading's evidence E_h = sum_k w_k Z_hk / Z_0k relative to its mean over
+    readings, where Z_0k is the sum were all phrases silent: a reading is never divided by its own
+    sum, which would return the prior over readings.
+    """
+    axes = [1 + axis for axis in data.reading_axes]
+    if not axes:
+        log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)
+        return log_z.reshape(-1, *(1,) * (log_p.dim() - 1))
+    log_pi = data.log_prior_of(data.reading_axes)
+    rest = [axis for axis in range(1, log_p.dim()) if axis not in axes]
+    log_z = torch.logsumexp(log_p + (data.log_shared - log_pi), rest, keepdim=True)
+    log_w = data.log_weight_given[i]
+    log_w = log_w.reshape(
+        *(log_w.shape[:-1] if log_w.dim() > 1 else (1,) * len(data.shared)), 1, -1
+    )
+    log_e = torch.logsumexp(log_w.movedim(-1, 0) + log_z - log_silent(data, i), 0, keepdim=True)
+    log_e = log_e - torch.logsumexp((log_e + log_pi).flatten(), 0)
+    return log_z - log_e
+
+
+def log_silent(data: ProgramData, i: int) -> Tensor:
+    """Return the log level of each component had no phrase said anything, shape (K, 1..., 1)."""
+    model = data.model
+    silent = torch.full((*(1,) * len(data.shared), 1), data.log_uninformative, dtype=torch.float64)
+    levels = []
+    for k, part in enumerate(model.components):
+        read = part.terms_it_reads(data.relations[i])
+        level = torch.zeros((), dtype=torch.float64)
+        if part.is_literal:
+            level = data.log_uninformative * sum(reads[k] for reads in data.reads[i])
+        elif read:
+            table = silent.expand(*silent.shape[:-1], data.n_cells)
+            level = COMBINATIONS[part.combine](read, lambda _: table).sum(0).reshape(-1).mean()  # noqa: B023
+        levels.append(torch.as_tensor(level, dtype=torch.float64))
+    log_level = torch.stack(levels).reshape(-1, *(1,) * (len(data.shared) + 1))
+    if model.temper:
+        log_level = log_level * data.n_phrases[i] ** -double(model.temper)
+    return log_level
+
+
 def log_informed(data: ProgramData, i: int) -> Tensor:
     """Return the log of a Gaussian around the true place, for a model that is told it, (S,)."""
     grid, (x, y) = data.city.grid, (data.truths or ())[i]
@@ -456,18 +550,35 @@ def log_vocabulary(
     return word_weights(likelihood, options, frame_angles_rad).log_total
 
 
-def log_greatest(data: ProgramData, likelihood: RelationLikelihood, phrase: Phrase) -> Tensor:
-    """Return the log of the greatest g over cells and fronts, shape (V..., U..., 1, 1)."""
+def log_greatest(
+    data: ProgramData, likelihood: RelationLikelihood, meaning: GroundedRelation
+) -> Tensor:
+    """Return the log of the greatest g over cells and fronts, shape (1, 1)."""
     if data.model.normalisation != "map":
-        return torch.zeros(1, dtype=torch.float64)
+        return torch.zeros(1, 1, dtype=torch.float64)
     angles = None
-    if phrase.frames is not None:
+    if data.model.frame_prior_for(meaning) is not None:
         turns = torch.arange(_PEAK_ANGLES, dtype=torch.float64)
         angles = turns * (2 * math.pi / _PEAK_ANGLES)
-    tables = phrase.over_meanings(
-        lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
-    )
-    return tables.amax((-2, -1), keepdim=True)
+    return likelihood.log_g(meaning, meaning.directions(angles)).amax().reshape(1, 1)
+
+
+def log_none_holds(
+    data: ProgramData, likelihood: RelationLikelihood, relation: GroundedRelation
+) -> Tensor:
+    """Return the log of what is left when a relation to each of several places is denied, (1, S).
+
+    "Not near a bank" denies every bank: prod_c (1 - denial g_c / max g_c), each with its frame
+    summed out.
+    """
+    total = torch.zeros(1, relation.n_cells, dtype=torch.float64)
+    for one in relation.each_denied:
+        log_g = log_expected(data, likelihood, one, data.model.frame_prior_for(one))
+        log_peak = torch.zeros(1, dtype=torch.float64)
+        if data.model.normalisation == "map":
+            log_peak = log_greatest(data, likelihood, one)
+        total = total + log_held(log_g, one, data.model, log_peak)
+    return total
 
 
 def log_held(
@@ -517,14 +628,14 @@ class Program:
         Angle bins of each frame.
     pairs
         Name of a site -> ids of a figure and of the target that is its ground, and the log factor
-        of their cells, shape (S, S), the ground's first. Engines leave them out: they weigh the
+        of their cells, shape (V..., S, S), the ground's first. Engines leave them out: they weigh the
         cells of each target by itself, and the joint posterior has the rest.
     """
 
     data: ProgramData
     frames: Frames = "bins"
     bins: int = 72
-    pairs: Mapping[str, tuple[str, str, Tensor]] = field(default_factory=dict)
+    pairs: Mapping[str, PairSite] = field(default_factory=dict)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -540,13 +651,9 @@ class Program:
             When a likelihood fails, or a number is drawn several times at once.
         """
         try:
-            cells = generative_model(self.data, self.frames, self.bins)
+            return generative_model(self.data, self.frames, self.bins, self.pairs)
         except SloopError as error:
             raise ProgramError(error) from error
-        for name, (figure, ground, log_phi) in self.pairs.items():
-            log_holds = look_up(log_phi, (cells[ground], cells[figure]))
-            pyro.sample(name, LogBernoulli(log_holds), obs=_ONE)
-        return cells
 
 
 def build(
@@ -588,7 +695,8 @@ def build(
     Program
         Takes no arguments. Sites of target T and its relation j: ``T/component``, ``T/cell``
         (row by row from the south-west), ``T/frame_j`` and ``T/angle_j`` (radians), ``T/lapse_j``,
-        ``T/holds_j`` (observed); the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
+        ``T/holds_j`` (observed); ``reading``, ``either_g`` and ``ground_k`` where the description
+        leaves its reading, the branch of alternatives g or the referent of mention k open; the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
         ``T/shared_error``; ``T/together`` (observed) for components that are no product of
         phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
         declares by their names. Relations to other targets come last of ``T/holds_j``, and have no
@@ -662,7 +770,7 @@ def build(
     return Program(data, frames, frame_bins, pair_sites(data))
 
 
-def pair_sites(data: ProgramData) -> dict[str, tuple[str, str, Tensor]]:
+def pair_sites(data: ProgramData) -> dict[str, PairSite]:
     """Return the sites of relations to other targets, ``T/holds_j`` counted on; see `Program`.
 
     Raises
@@ -672,7 +780,7 @@ def pair_sites(data: ProgramData) -> dict[str, tuple[str, str, Tensor]]:
     """
     from sloop_ppl.models.pair_kernel import PairKernel  # it asks for what the program defines
 
-    found: dict[str, tuple[str, str, Tensor]] = {}
+    found: dict[str, PairSite] = {}
     for target, terms in data.to_targets.items():
         if data.n_cells**2 > _MOST_NUMBERS or _count_sites(data) > _MOST_DIMS:
             raise InputError(
@@ -683,8 +791,18 @@ def pair_sites(data: ProgramData) -> dict[str, tuple[str, str, Tensor]]:
         before = len(data.relations[data.targets.index(target)])
         for j, term in enumerate(terms, start=before):
             kernel = PairKernel(term, data.city, data.model, data.power_of(term))
-            cells = torch.arange(data.n_cells)
-            found[f"{target}/holds_{j}"] = (target, term.ground, kernel.log_rows(cells))
+            log_pair = kernel.log_rows(torch.arange(data.n_cells))
+            off = kernel.log_silent
+            if kernel.is_alternative:  # the phrase to a place is silent then, and counts as that
+                log_pair, off = log_pair - off, 0.0
+            for latent in reversed(data.shared):
+                values = term.said_when.get(latent.name)
+                rows = [log_pair]
+                if values is not None:
+                    silent = torch.full_like(log_pair, off)
+                    rows = [log_pair if value in values else silent for value in latent.support]
+                log_pair = torch.stack(rows)
+            found[f"{target}/holds_{j}"] = (target, term.ground, log_pair)
     return found
 
 

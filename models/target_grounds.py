@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
-from sloop_ppl.errors import DescriptionError
-from sloop_ppl.language import RELATIONS, Description, SpatialRelation
+from sloop_ppl.language import NOT_ON_MAP, RELATIONS, Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models.grounded_relation import GroundedRelation
-from sloop_ppl.models.presets import ObservationModel
+from sloop_ppl.models._choices import Choice, Phrasing
 
-__all__ = ["ground_target_relations", "split_by_targets", "target_ids"]
+__all__ = ["SplitPhrasing", "TargetPhrasing", "split_by_targets", "split_phrasing", "target_ids"]
 
 _OF_EACH = "near"
 """What a word that takes several grounds means of each of them, where one may be anywhere."""
@@ -76,65 +75,99 @@ def split_by_targets(
     return rest, pairs
 
 
-def ground_target_relations(
-    descriptions: Sequence[Description],
-    city: CityMap,
-    model: ObservationModel,
-    others: Collection[str] = (),
-) -> dict[str, tuple[GroundedRelation, ...]]:
-    """Return target -> its relations to other targets, of one speaker, in the order of saying.
+@dataclass(frozen=True, eq=False)
+class TargetPhrasing:
+    """One relation to another target.
 
     Parameters
     ----------
-    descriptions
-        All that the speaker said.
-    city, model
-        The map and the observation model.
-    others
-        Ids of targets that were spoken of before.
+    relation
+        The relation; its one ground is a target.
+    choices
+        What the description leaves open that it depends on.
+    said_when
+        Name of a choice -> the values under which it is said.
+    """
 
-    Raises
-    ------
-    DescriptionError
-        When a target is located by itself.
+    relation: SpatialRelation
+    choices: tuple[Choice, ...]
+    said_when: Mapping[str, frozenset[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class SplitPhrasing:
+    """One relation of a description: what it says of places, and of other targets.
+
+    Parameters
+    ----------
+    index
+        Position of the relation among those of its figure; -1 when another reading alone has it.
+    of_places
+        The relation as far as its grounds are, or may be, places; None when none may be.
+    to_targets
+        The relation to each target that is a ground, or may be.
+    """
+
+    index: int
+    of_places: Phrasing | None
+    to_targets: tuple[TargetPhrasing, ...]
+
+
+def split_phrasing(phrasing: Phrasing, targets: Collection[str], index: int) -> SplitPhrasing:
+    """Return what a relation says of places, and what of how two targets lie apart.
+
+    Parameters
+    ----------
+    phrasing
+        The relation with its choices.
+    targets
+        Ids of targets.
+    index
+        Its number.
 
     Notes
     -----
-    Nothing is measured yet: where such a ground is, no one knows; see
-    :class:`sloop_ppl.models.pair_kernel.PairKernel`. A model that takes no phrase as it was said
-    ("uniform", "keyword", "informed") takes none of these either.
+    A mention that may be a place or a target is one choice: under a place the relation is a table
+    over cells, under a target that is silent and the relation to the target is said. Where a
+    relation takes several grounds, an uncertain one is never a target.
     """
-    known = target_ids(descriptions, city, others)
-    if model.needs_truth or not any(part.is_literal for part in model.components):
-        return {}
-    found: dict[str, tuple[GroundedRelation, ...]] = {}
-    counts: dict[str, int] = {}
-    for position, text in enumerate(descriptions):
-        for target in text.targets:
-            for index, relation in enumerate(text.about(target.id)):
-                _, pairs = split_by_targets(relation, known)
-                terms = tuple(
-                    GroundedRelation(
-                        relation=one.relation,
-                        grounds=one.grounds,
-                        city=city,
-                        negated=one.negated,
-                        stated_distance_m=one.distance_m if model.heed_distance else None,
-                        index=index + counts.get(target.id, 0),
-                        figure=target.id,
-                        each=one.each,
-                        description=position,
-                        distance_bounds=one.distance if model.heed_distance else None,
-                    )
-                    for one in pairs
-                )
-                for term in terms:
-                    if term.ground == target.id:
-                        raise DescriptionError(
-                            f"Relation '{term.relation}' of '{target.id}' is to '{target.id}' "
-                            "itself; expected a landmark or another target"
-                        )
-                if terms:
-                    found[target.id] = found.get(target.id, ()) + terms
-            counts[target.id] = counts.get(target.id, 0) + len(text.about(target.id))
-    return found
+    relation = phrasing.relation
+    places = {place for slot in phrasing.denied for place in slot}
+    places |= {value for slot in phrasing.slots if slot for value in slot.support}
+    if not targets or not (places | set(relation.grounds)) & set(targets):
+        return SplitPhrasing(index, phrasing, ())
+    gates = tuple(choice for choice in phrasing.choices if choice.kind != "ground")
+    if not any(phrasing.slots) and not any(phrasing.denied):
+        rest, pairs = split_by_targets(relation, targets)
+        count = 0 if rest is None else len(rest.grounds)
+        of_places = None
+        if rest is not None:
+            none: list[Any] = [None] * count
+            of_places = replace(phrasing, relation=rest, slots=none, denied=[()] * count)
+        found = [TargetPhrasing(pair, gates, phrasing.said_when) for pair in pairs]
+        return SplitPhrasing(index, of_places, tuple(found))
+    if len(relation.grounds) > 1:
+        return SplitPhrasing(index, _of_places(phrasing, targets), ())
+    slot, denied = phrasing.slots[0], phrasing.denied[0]
+    found = []
+    for target in dict.fromkeys((*denied, *(slot.support if slot else ()))):
+        if target in targets:
+            pair = replace(relation, grounds=(target,), candidates=(), mentions=())
+            open_to, when = gates, dict(phrasing.said_when)
+            if slot is not None:
+                open_to, when = (*gates, slot), {**when, slot.name: frozenset({target})}
+            found.append(TargetPhrasing(pair, open_to, when))
+    if denied and not any(place not in targets for place in denied):
+        return SplitPhrasing(index, None, tuple(found))
+    return SplitPhrasing(index, _of_places(phrasing, targets), tuple(found))
+
+
+def _of_places(phrasing: Phrasing, targets: Collection[str]) -> Phrasing:
+    """Return a phrasing of which no ground is fixed to be a target, nor denied to be one."""
+    denied = [tuple(place for place in slot if place not in targets) for slot in phrasing.denied]
+    grounds = []
+    for ground, slot in zip(phrasing.relation.grounds, denied, strict=True):
+        other = slot[0] if slot else NOT_ON_MAP
+        grounds.append(other if ground in targets else ground)
+    relation = replace(phrasing.relation, grounds=tuple(grounds), candidates=(), mentions=())
+    return replace(phrasing, relation=relation, denied=denied)

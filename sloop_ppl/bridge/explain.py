@@ -10,7 +10,14 @@ import numpy as np
 import shapely
 
 from sloop_ppl.bridge.formatting import nothing_said_line
-from sloop_ppl.bridge.relation_text import facing, ground_label, percent, relations_in_words
+from sloop_ppl.bridge.relation_text import (
+    facing,
+    ground_label,
+    meant_lines,
+    percent,
+    reading_lines,
+    relations_in_words,
+)
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
 from sloop_ppl.maps.whereabouts import whereabouts
 
@@ -31,8 +38,9 @@ _SURPRISING = 0.1
 def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) -> list[str]:
     """Return lines that explain the belief of every target.
 
-    Where the mass is; how many bits each phrase is worth; which component and which front the
-    belief rests on; and which phrase or front, if it were otherwise, would move it.
+    Where the mass is; how many bits each phrase is worth; which component, which places and which
+    front the belief rests on; which phrase or front, if it were otherwise, would move it; and
+    which reading of what was said it takes.
 
     Parameters
     ----------
@@ -49,7 +57,7 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
             lines.append(f"  {nothing_said_line(posterior, target)}")
             continue
         lines += [f"  {line}" for line in _why(posterior, target, rng)]
-    return lines
+    return [*lines, *reading_lines(posterior)]
 
 
 def _where(posterior: Posterior, target: str) -> Iterator[str]:
@@ -90,6 +98,8 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
             if prior[name]
         )
         yield f"read as: {components_text}"
+    for line in meant_lines(posterior, target):
+        yield f"meant by {line}"
     yield from _frames(posterior, target)
     yield from _latents(posterior)
     yield "what would change it:"
@@ -104,7 +114,7 @@ def _frames(posterior: Posterior, target: str) -> Iterator[str]:
         frame = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = frame["angle"].values, frame["prior"].values
         modes = modes_of(frame.values, angles)
-        label = ground_label(posterior.city, framed.term.ground)
+        label = ground_label(framed.term.ground, posterior.city)
         directions = []
         for mean, _ in modes:
             near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
@@ -163,7 +173,7 @@ def _changes(
             continue
         other = mode_m(opposite.values, city.grid)
         if math.dist(mode, other) > _NEAR_M:
-            label = ground_label(city, framed.term.ground)
+            label = ground_label(framed.term.ground, city)
             yield (
                 f"  if {label} faced {facing(mean + math.pi)}: most probably "
                 f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"

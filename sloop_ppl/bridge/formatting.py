@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from sloop_ppl.bridge.relation_text import distance_in_words
+from sloop_ppl.bridge.relation_text import distance_in_words, meant_lines, reading_lines
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps.whereabouts import nearest_landmark, whereabouts
 
@@ -69,8 +69,9 @@ def belief_lines(posterior: Posterior) -> list[str]:
         if len(parts) > 1:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
             lines.append(f"  read as: {components_text}")
+        lines += [f"  {line}" for line in meant_lines(posterior, target)]
         lines += [_frame_line(frame) for frame in posterior.frames(target)]
-    return lines
+    return [*lines, *reading_lines(posterior)]
 
 
 def nothing_said_line(posterior: Posterior, target: str) -> str:
@@ -87,6 +88,10 @@ def belief_report(posterior: Posterior) -> dict[str, Any]:
         "model": posterior.model.name,
         "engine": posterior.engine,
         "log_evidence": posterior.log_evidence,
+        "readings": [
+            {"p": one.prior, "posterior": one.p, "relations": len(one.reading.relations)}
+            for one in posterior.readings()
+        ],
         "targets": {target: _target_report(posterior, target) for target in posterior.targets},
     }
 
@@ -150,6 +155,13 @@ def _target_report(posterior: Posterior, target: str) -> dict[str, Any]:
                 "p": frame.p,
             }
             for frame in posterior.frames(target)
+        ],
+        "grounds": [
+            {
+                "relation": one.relation.relation,
+                "candidates": [{"ground": c.ground, "p": c.p} for c in one.candidates],
+            }
+            for one in posterior.grounds(target)
         ],
     }
 

@@ -10,11 +10,20 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
-    from sloop_ppl.inference import Posterior
+    from sloop_ppl.inference import GroundPosterior, Posterior
 
-__all__ = ["distance_in_words", "facing", "ground_label", "percent", "relations_in_words"]
+__all__ = [
+    "distance_in_words",
+    "facing",
+    "ground_label",
+    "meant_lines",
+    "percent",
+    "reading_lines",
+    "relations_in_words",
+]
 
 _MOST_LABELS = 3
+_MOST_PLACES = 4
 
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
@@ -38,23 +47,84 @@ def facing(angle_rad: float) -> str:
     return COMPASS_POINTS[round(angle_rad / (math.pi / 4)) % 8]
 
 
+def ground_label(ground: str | None, city: CityMap) -> str:
+    """Return what a ground is called, a place that is not on the map and the map itself too."""
+    if ground is None or ground == NOT_ON_MAP:
+        return "a place not on this map"
+    if ground in city:
+        return city.landmark(ground).label
+    return {WHOLE_MAP: "the map", HEARER: "the hearer"}.get(ground, ground)
+
+
+def meant_lines(posterior: Posterior, target: str) -> list[str]:
+    """Return a line for each mention whose place is open: what it probably is.
+
+    Such as ``"a bank": Chase 0.71, KeyBank 0.22, not on this map 0.07``.
+    """
+    lines: dict[str, None] = {}
+    texts = _texts_of(posterior, target)
+    for ground in posterior.grounds(target):
+        if not ground.is_open or ground.relation.each or ground.relation.negated:
+            continue
+        words = _mention(ground, texts[ground.index], posterior.city)
+        shares = [
+            f"{_place(candidate.ground, posterior.city)} {candidate.p:.2f}"
+            for candidate in ground.candidates[:_MOST_PLACES]
+        ]
+        rest = ground.candidates[_MOST_PLACES:]
+        if rest:
+            shares.append(f"{len(rest)} others {sum(c.p for c in rest):.2f}")
+        lines[f"{words}: {', '.join(shares)}"] = None
+    return list(lines)
+
+
+def reading_lines(posterior: Posterior) -> list[str]:
+    """Return a line for each description with several readings: which was probably meant."""
+    lines = []
+    for which in range(len(posterior.descriptions)):
+        readings = posterior.readings(which)
+        if len(readings) > 1:
+            shares = []
+            for reading, prior, p in sorted(readings, key=lambda one: -one.p):
+                phrases = [f"{r.figure} {_in_words(r, posterior.city)}" for r in reading.relations]
+                words = f"“{'; '.join(phrases)}”" if phrases else "nothing of it"
+                shares.append(f"{words} {p:.2f} (was {prior:.2f})")
+            lines.append(f"reading: {', '.join(shares)}")
+    return lines
+
+
+def _texts_of(posterior: Posterior, target: str) -> list[str]:
+    """Return the text of each relation of a target."""
+    return [
+        description.text
+        for factor in posterior.factors
+        if target in factor.log_factors
+        for description in factor.descriptions
+        for _ in description.about(target)
+    ]
+
+
+def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
+    """Return the words of a mention, or else the relation it stands in."""
+    spans = ground.relation.spans
+    if spans is not None and ground.slot < len(spans.grounds):
+        start, end = spans.grounds[ground.slot]
+        return f"“{text[start:end]}”"
+    return f"“{_in_words(ground.relation, city)}”"
+
+
+def _place(ground: str | None, city: CityMap) -> str:
+    return "not on this map" if ground is None else ground_label(ground, city)
+
+
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:
-    labels = [ground_label(city, ground) for ground in relation.grounds]
+    labels = [ground_label(ground, city) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{words} " if (words := distance_in_words(relation)) else ""
     return f"{denied}{far}{RELATIONS[relation.relation].phrase} {grounds}"
-
-
-def ground_label(city: CityMap, ground: str) -> str:
-    """Return what a ground is called: a landmark, the map, who listens, or another target."""
-    if ground in city:
-        return city.landmark(ground).label
-    return {WHOLE_MAP: "the map", HEARER: "the hearer", NOT_ON_MAP: "no place here"}.get(
-        ground, ground
-    )
 
 
 def distance_in_words(relation: SpatialRelation) -> str:

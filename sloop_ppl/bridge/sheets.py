@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["figure_of", "sheet_of"]
 
 _NEGLIGIBLE = 0.005
+_LEAST_SHARE = 0.02
 _DIRECTIONS = 72
 
 
@@ -70,10 +71,7 @@ def sheet_of(
     components = {k: p for k, p in posterior.component(target).items() if k in weights}
     return SheetParts(
         parts=dict(zip(words, posterior.phrase_tables(target), strict=True)) if several else {},
-        grounds={
-            w: [ground for ground in r.grounds if ground in posterior.city]
-            for w, r in zip(words, relations, strict=True)
-        },
+        grounds=_grounds(posterior, target, words),
         component_maps=_component_maps(posterior, target) if len(components) > 1 else {},
         components=components if len(components) > 1 else {},
         component_prior=weights,
@@ -84,6 +82,16 @@ def sheet_of(
         prior=np.exp(posterior.log_prior[target]).reshape(grid.shape),
         truth=truth,
     )
+
+
+def _grounds(posterior: Posterior, target: str, words: tuple[str, ...]) -> dict[str, list[str]]:
+    """Return, for each relation, the places it may be about that are probable enough to mark."""
+    marked: dict[str, list[str]] = {word: [] for word in words}
+    for ground in posterior.grounds(target):
+        likely = [c for c in ground.candidates if c.p >= _LEAST_SHARE]
+        places = [c.ground for c in likely if c.ground is not None and c.ground in posterior.city]
+        marked[words[ground.index]] += places
+    return marked
 
 
 def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ __all__ = [
     "DistributionLike",
     "EpisodeLike",
     "FrameLike",
+    "GroundsLike",
     "LatentsLike",
     "PosteriorLike",
     "RelationLike",
@@ -25,6 +26,14 @@ class LatentsLike(Protocol):
 
     def latent(self, name: str) -> Any:
         """Return the probability of each value, a labelled array with the coordinate prior."""
+
+
+@runtime_checkable
+class GroundsLike(Protocol):
+    """A posterior that says which places are probably meant."""
+
+    def grounds(self, target: str) -> Sequence[Any]:
+        """Return, for each ground, its relation and its candidates with ground and p."""
 
 
 class RelationLike(Protocol):

@@ -11,7 +11,7 @@ from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
 from sloop_ppl.plots._frame_arrows import draw_frames
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
-from sloop_ppl.plots._protocols import PosteriorLike
+from sloop_ppl.plots._protocols import GroundsLike, PosteriorLike
 from sloop_ppl.plots.city import draw_map
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from sloop_ppl.plots._labels import LabelLayer
 
 __all__ = ["add_colour_bar", "add_mark", "plot_belief", "plot_beliefs"]
+
+_LEAST_SHARE = 0.02
+"""Places that are less probably meant are not marked."""
 
 
 def plot_belief(
@@ -149,8 +152,13 @@ def _draw(
     city = posterior.city
     belief = check_cells(posterior.belief(target), city, f"The belief of '{target}'")
     relations = posterior.relations(target)
-    grounds = [g for relation in relations for g in relation.grounds if g in city]
-    layer = draw_map(ax, city, labels=labels, highlight=grounds, muted=True, cells=True)
+    shares = _shares(posterior, target)
+    said = (g for relation in relations for g in relation.grounds if g in city)
+    open_grounds = sorted(shares, key=lambda ground: -shares[ground])
+    grounds = [*(g for g in said if g not in shares), *open_grounds]
+    layer = draw_map(
+        ax, city, labels=labels, highlight=grounds, muted=True, cells=True, shares=shares
+    )
     image = draw_cells(ax, belief, city.grid)
     handles = draw_hpd(ax, belief, city.grid)
     mode = mode_of(belief, city.grid)
@@ -170,6 +178,22 @@ def _draw(
     if colour_bar:
         add_colour_bar(ax, image)
     return handles, layer
+
+
+def _shares(posterior: PosteriorLike, target: str) -> dict[str, float]:
+    """Return landmark -> probability that it is meant, of those of which that is not certain."""
+    if not isinstance(posterior, GroundsLike):
+        return {}
+    open_, certain = {}, set()
+    for ground in posterior.grounds(target):
+        places = [c for c in ground.candidates if c.ground in posterior.city]
+        if len(ground.candidates) == 1 or ground.relation.negated:
+            certain |= {c.ground for c in places}
+            continue
+        for place in places:
+            if place.p >= _LEAST_SHARE:
+                open_[place.ground] = max(open_.get(place.ground, 0.0), place.p)
+    return {ground: p for ground, p in open_.items() if ground not in certain}
 
 
 def _rgb(colour: str) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import shapely
@@ -85,6 +85,7 @@ def draw_map(
     cells: bool = False,
     furniture: bool = True,
     view_m: tuple[float, float, float, float] | None = None,
+    shares: Mapping[str, float] | None = None,
 ) -> LabelLayer:
     """Draw a map without a legend and return the layer that holds its labels.
 
@@ -98,6 +99,9 @@ def draw_map(
         True to add a scale bar, a north arrow and the attribution.
     view_m
         West, south, east and north limit, metres, of a part of the map; None for all of it.
+    shares
+        Highlighted landmark -> probability that it is meant, where that is not certain: its
+        outline is as opaque, and its label says it.
     """
     from sloop_ppl.plots._labels import LabelLayer
 
@@ -109,8 +113,8 @@ def draw_map(
     if grid:
         _draw_grid(ax, city)
     for landmark in mentioned:
-        _outline(ax, city, landmark)
-    wanted = _labels(city, mentioned, palette) if labels else []
+        _outline(ax, city, landmark, _opacity((shares or {}).get(landmark.id, 1.0)))
+    wanted = _labels(city, mentioned, palette, shares or {}) if labels else []
     layer = LabelLayer(wanted)
     ax.add_artist(layer)
     layer.set_clip_path(None)
@@ -137,7 +141,12 @@ def _draw_grid(ax: Axes, city: CityMap) -> None:
     ax.hlines([*(city.grid.y_m - half), north], west, east, **style)  # type: ignore[arg-type]
 
 
-def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
+def _opacity(share: float) -> float:
+    """Return how opaque a landmark is that is meant with some probability; it can be seen."""
+    return 0.25 + 0.75 * share
+
+
+def _outline(ax: Axes, city: CityMap, landmark: Landmark, opacity: float = 1.0) -> None:
     """Outline a landmark; for a point, the building whose cells it takes, too."""
     from matplotlib.patheffects import withStroke
 
@@ -151,6 +160,7 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
             color=colour,
             edgecolor=PAPER,
             linewidth=0.8,
+            alpha=opacity,
             zorder=3.2,
         )
         shape = city.footprint(landmark.id)
@@ -159,7 +169,7 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
 
         shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
     shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
-    draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13, zorder=1.0)
+    draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13 * opacity, zorder=1.0)
     width = 1.3 * stroke(ax)
     draw_shape(
         ax,
@@ -168,17 +178,27 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark) -> None:
         edgecolor=colour,
         linewidth=width,
         path_effects=[withStroke(linewidth=2 * width, foreground=PAPER, alpha=0.7)],
+        alpha=opacity,
         zorder=3.0,
     )
 
 
-def _labels(city: CityMap, mentioned: Sequence[Landmark], palette: MapPalette) -> list[Label]:
+def _labels(
+    city: CityMap,
+    mentioned: Sequence[Landmark],
+    palette: MapPalette,
+    shares: Mapping[str, float],
+) -> list[Label]:
     """Return the labels of a map, most wanted first."""
     from sloop_ppl.plots._labels import Label
 
-    wanted = [
-        Label(display_name(m), m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
+    names = [
+        f"{display_name(m)} {shares[m.id]:.0%}" if m.id in shares else display_name(m)
         for m in mentioned
+    ]
+    wanted = [
+        Label(name, m.geometry, ACCENTS["mentioned"], 1.06, "bold", must=True)
+        for name, m in zip(names, mentioned, strict=True)
     ]
     mentioned_ids = {m.id for m in mentioned}
     window = shapely.box(*city.grid.extent_m)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import matplotlib
 import pytest
+from pyro import poutine
 
 import sloop_ppl as sloop
-from sloop_ppl.models import Latent, build, preset
+from sloop_ppl.models import FrameDistribution, Latent, build, preset
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "your_own_latent.md").read_text()
@@ -80,8 +81,17 @@ def test_the_page_s_limits_are_those_there_are():
         given=lambda relation, ground: replace(relation, grounds=(ground,)),
     )
     unsure = replace(preset("bayes"), latents=(which,))
-    with pytest.raises(ValueError, match="has no density of its own"):
-        build(behind, city, unsure, frames="density")()
+    sites = poutine.trace(build(behind, city, unsure, frames="density")).get_trace().nodes
+    assert {"RedBike/frame_0", "RedBike/frame_0/1"} <= set(sites)
+    spread = unsure.frame_prior
+
+    def hoyt_faces_east(relation):
+        is_point = relation.ground == "HoytBlock"
+        return FrameDistribution.points([0.0]) if is_point else spread(relation)
+
+    point = replace(unsure, frame_prior=hoyt_faces_east)
+    with pytest.raises(ValueError, match="is a point under some values of another latent"):
+        build(behind, city, point, frames="density")()
     twice = sloop.parse("The red bike is near Stone Block and north of Ivy.", city)
     shared = (Latent("v", ("a", "b"), (0.3, 0.7)),)
     with pytest.raises(ValueError, match="use its variant 'paper', or bayes"):

@@ -14,7 +14,15 @@ from pyro.infer import TraceEnum_ELBO, config_enumerate
 from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.inference import Enumerate, Importance, Posterior, _pairs, infer_batch
 from sloop_ppl.inference import infer_description as infer
-from sloop_ppl.language import HEARER, Description, Distance, SpatialRelation, TargetObject
+from sloop_ppl.language import (
+    HEARER,
+    Candidate,
+    Description,
+    Distance,
+    Reading,
+    SpatialRelation,
+    TargetObject,
+)
 from sloop_ppl.models import (
     LIKELIHOODS,
     Component,
@@ -299,7 +307,8 @@ def test_one_phrase_on_a_large_map_is_a_convolution(monkeypatch, word, denied):
         with monkeypatch.context() as changed:
             changed.setattr(_pairs, "_DENSE", 0)
             parted = infer(said, city, model)[0].condition(seen)
-            assert parted.joint.factors[-1]._expansion is not None
+            (member,) = parted.joint.factors[-1].members
+            assert member.kernel.expansion() is not None
             for target in "AB":
                 np.testing.assert_allclose(
                     parted.belief(target), whole.belief(target), rtol=1e-8, atol=1e-12
@@ -494,3 +503,148 @@ def test_a_search_for_two_moves_both_beliefs():
     assert set(episode.found_targets) == {"A", "B"}
     before, after = posterior.belief("A"), episode.posterior.belief("A")
     assert np.abs(before - after).sum() > 0.1
+
+
+# What is open: readings, alternatives, and mentions that may be a target.
+
+
+def marginals_of(joint):
+    """Return the beliefs of A and of B from their joint, shape (B's cells, A's cells)."""
+    joint = joint / joint.sum()
+    return joint.sum(0), joint.sum(1)
+
+
+def check(posterior, joint):
+    for target, expected in zip("AB", marginals_of(joint), strict=True):
+        np.testing.assert_allclose(flat(posterior, target), expected, atol=1e-12)
+
+
+def alone_of(model, *relations):
+    return [flat(infer(told(*relations), CITY, model)[0], target) for target in "AB"]
+
+
+def test_readings_are_summed_with_the_relation_between_targets():
+    common = rel("A", "near", "Pole"), rel("B", "near", "Tree")
+    north, south = rel("A", "north", "B"), rel("A", "south", "B")
+    said = told(
+        *common,
+        north,
+        readings=(Reading(0.7, (*common, north)), Reading(0.3, (*common, south))),
+    )
+    posterior, _ = infer(said, CITY, PLAIN)
+    a, b = alone_of(PLAIN, *common)
+    both = b[:, None] * a
+    parts = [rows_by_hearer(PLAIN, CITY, word) * both for word in ("north", "south")]
+    check(posterior, 0.7 * parts[0] + 0.3 * parts[1])
+    shares = np.array([0.7 * parts[0].sum(), 0.3 * parts[1].sum()])
+    np.testing.assert_allclose(
+        posterior.joint.probabilities("reading"), shares / shares.sum(), atol=1e-12
+    )
+    # what is sensed of both decides the reading
+    seen = sensed("A", "B")
+    weights = np.exp(seen["B"]).reshape(-1, 1) * np.exp(seen["A"]).reshape(-1)
+    check(posterior.condition(seen), (0.7 * parts[0] + 0.3 * parts[1]) * weights)
+
+
+def test_a_reading_in_which_nothing_was_said_of_it():
+    near, at = rel("A", "near", "Pole"), rel("A", "at", "B")
+    said = told(near, at, readings=(Reading(0.8, (near, at)), Reading(0.2, ())))
+    posterior, _ = infer(said, CITY, PLAIN)
+    a, _ = alone_of(PLAIN, near)
+    rows = rows_by_hearer(PLAIN, CITY, "at")
+    check(posterior, 0.8 * rows * a / 36 + 0.2 / 36**3)
+    lapse, prior = posterior.lapses("A")[1].p, PLAIN.lapse
+    meant = 0.8 * rows * a / 36
+    unsaid = 0.2 / 36 / (meant.sum() + 0.2 / 36)
+    lapsed = (0.8 * prior / 36 * a[None, :] / 36 * np.ones((36, 1))).sum()
+    expected = lapsed / (meant.sum() + 0.2 / 36) + unsaid * prior
+    assert lapse == pytest.approx(expected, abs=1e-10)
+
+
+def test_alternatives_between_a_target_and_a_place():
+    said = told(
+        rel("A", "at", "B", either=(0, 0)),
+        rel("A", "near", "Pole", either=(0, 1)),
+        rel("B", "near", "Tree"),
+    )
+    posterior, _ = infer(said, CITY, PLAIN)
+    a, b = alone_of(PLAIN, rel("A", "near", "Pole"), rel("B", "near", "Tree"))
+    rows = rows_by_hearer(PLAIN, CITY, "at")
+    # the phrase of the other branch says nothing: it is as likely everywhere
+    check(posterior, b[:, None] * (0.5 * rows + 0.5 * a) / 36)
+
+
+BANK = (Candidate("B", 0.6), Candidate("Pole", 0.3), Candidate(None, 0.1))
+
+
+def mention_joint(word, b):
+    rows = rows_by_hearer(PLAIN, CITY, word)
+    pole = alone_of(PLAIN, rel("A", word, "Pole"))[0]
+    return b[:, None] * (0.6 * rows + 0.3 * pole + 0.1 / 36)
+
+
+@pytest.mark.parametrize("top", ["B", "Pole"])
+def test_a_mention_that_may_be_a_target_or_a_place(top):
+    slot = tuple(sorted(BANK, key=lambda c: c.ground != top))
+    said = told(rel("A", "north", top, candidates=(slot,)), rel("B", "near", "Tree"))
+    posterior, _ = infer(said, CITY, PLAIN)
+    b = alone_of(PLAIN, rel("B", "near", "Tree"))[1]
+    check(posterior, mention_joint("north", b))
+    rows = rows_by_hearer(PLAIN, CITY, "north")
+    p = posterior.joint.table("ground_0")
+    assert float(p.sel(ground_0="B")) == pytest.approx(0.6 * (b @ rows).sum(), abs=1e-12)
+    assert len(posterior.grounds("A")) == 1
+    again = posterior.condition(sensed("A", "B"))
+    assert again.belief("A").sum() == pytest.approx(1.0)
+
+
+def test_two_phrases_of_one_mention_mean_the_same():
+    slot = (*BANK[:1], Candidate("Pole", 0.4))
+    slot = (replace(slot[0], probability=0.6), slot[1])
+    said = told(
+        rel("A", "north", "B", candidates=(slot,), mentions=(0,)),
+        rel("A", "near", "B", candidates=(slot,), mentions=(0,)),
+        rel("B", "near", "Tree"),
+    )
+    posterior, _ = infer(said, CITY, PLAIN)
+    b = alone_of(PLAIN, rel("B", "near", "Tree"))[1]
+    words = ("north", "near")
+    bike = np.prod([rows_by_hearer(PLAIN, CITY, w) for w in words], 0)
+    pole = np.prod([alone_of(PLAIN, rel("A", w, "Pole"))[0] for w in words], 0)
+    check(posterior, b[:, None] * (0.6 * bike + 0.4 * pole))
+
+
+def test_not_near_it_denies_places_and_targets():
+    said = told(rel("A", "near", "B", candidates=(BANK,), negated=True), rel("B", "near", "Tree"))
+    posterior, _ = infer(said, CITY, PLAIN)
+    each = told(
+        rel("A", "near", "B", negated=True),
+        rel("A", "near", "Pole", negated=True),
+        rel("B", "near", "Tree"),
+    )
+    apart, _ = infer(each, CITY, PLAIN)
+    for target in "AB":
+        np.testing.assert_allclose(posterior.belief(target), apart.belief(target), atol=1e-10)
+
+
+def test_the_papers_models_take_the_most_probable_of_what_is_open():
+    north, south = rel("A", "north", "B"), rel("A", "south", "B")
+    said = told(north, readings=(Reading(0.7, (north,)), Reading(0.3, (south,))))
+    got, plain = infer(said, CITY, "sloop")[0], infer(told(north), CITY, "sloop")[0]
+    np.testing.assert_allclose(got.belief("A"), plain.belief("A"), atol=1e-14)
+    open_, _ = infer(told(rel("A", "north", "B", candidates=(BANK,))), CITY, "sloop")
+    np.testing.assert_allclose(open_.belief("A"), plain.belief("A"), atol=1e-14)
+
+
+def test_the_program_has_the_same_marginals_where_much_is_open():
+    near = rel("A", "near", "B", candidates=(BANK,))
+    north, south = rel("A", "north", "B"), rel("A", "south", "B")
+    said = told(near, north, readings=(Reading(0.7, (near, north)), Reading(0.3, (near, south))))
+    program = build(said, CITY, "bayes", frame_bins=8)
+    marginals = TraceEnum_ELBO(max_plate_nesting=0).compute_marginals(
+        config_enumerate(program), lambda: None
+    )
+    posterior, _ = infer(said, CITY, "bayes")
+    for name in ("A/cell", "B/cell", "reading", "ground_0"):
+        expected = posterior.joint.probabilities(name)
+        np.testing.assert_allclose(marginals[name].probs.reshape(-1), expected, atol=1e-9)

@@ -134,14 +134,11 @@ def test_every_engine_follows(frame_word):
     # Tempering holds for the phrase as a whole, so Pyro's own marginal of the latent is the one
     # before it; the joint posterior's is the same, given the cell.
     assert marginals["ground_0"].probs.shape == (3,)
-    if not frame_word:
-        rng = np.random.default_rng(0)
-        rough, _ = infer_description(what, CITY, chosen, Importance(10), rng=rng)
-        np.testing.assert_allclose(rough.belief(TARGET), exact.belief(TARGET), atol=1e-12)
-    else:
-        rng = np.random.default_rng(0)
-        with pytest.raises(InputError, match="The frame of 'front Kiosk' depends on another lat"):
-            infer_description(what, CITY, chosen, Importance(10), rng=rng)
+    # A frame's density has a site for each kiosk, and draws of those that are not meant do no harm.
+    rng, draws = np.random.default_rng(0), 2000 if frame_word else 10
+    rough, _ = infer_description(what, CITY, chosen, Importance(draws), rng=rng)
+    off = np.abs(rough.belief(TARGET) - exact.belief(TARGET)).sum() / 2
+    assert off < (0.01 if frame_word else 1e-9)
 
 
 def test_the_posterior_answers_joints_and_conditionals_of_the_latent():
