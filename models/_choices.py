@@ -136,8 +136,10 @@ def _merged(readings: Sequence[tuple[SpatialRelation, ...]], *, first_only: bool
             position = counts[relation.figure] if h == 0 else None
             counts[relation.figure] += h == 0
             group = () if relation.either is None else branches[relation.either[0]]
-            if first_only and group and relation.either and relation.either[1] != group[0]:
-                continue
+            if first_only and relation.either is not None:
+                if relation.either[1] != group[0]:
+                    continue
+                group = ()
             # Spans and confidence say where it was read, not what it says.
             key = (replace(relation, confidence=1.0, spans=None), group)
             same = (i for i, other in enumerate(keys) if i not in taken and other == key)

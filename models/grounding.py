@@ -230,22 +230,20 @@ class Phrase:
         """
         given = each or (None,) * len(self.meanings)
         made: dict[Hashable, Tensor] = {}
-        tables = []
-        for one, what in zip(self.meanings, given, strict=True):
-            # Readings and branches have meanings in common, and where it is silent there is none.
-            key = (one.meaning, id(what)) if one.choices else len(tables)
-            if key not in made:
-                made[key] = self._nothing if one.is_silent else table(one, what)
-            tables.append(made[key])
-        cells = tables[0].shape[-1]
+        keys: list[Hashable] = []
+        for n, (one, what) in enumerate(zip(self.meanings, given, strict=True)):
+            # Readings and branches have meanings in common, and one that is silent needs no table.
+            key: Hashable = (one.meaning, id(what)) if one.choices else n
+            keys.append(None if one.is_silent else key)
+            if not one.is_silent and key not in made:
+                made[key] = table(one, what)
+        cells = next((t.shape[-1] for t in made.values()), self.relation.n_cells)
+        nothing = torch.zeros(1, cells, dtype=torch.float64)
+        tables = [nothing if key is None else made[key] for key in keys]
         if len(tables) == 1:
             return tables[0].reshape(*self.sizes, -1, cells)
         rows = torch.broadcast_tensors(*(one.reshape(-1, cells) for one in tables))
         return torch.stack(rows).reshape(*self.sizes, -1, cells)
-
-    @property
-    def _nothing(self) -> Tensor:
-        return torch.zeros(1, self.relation.n_cells, dtype=torch.float64)
 
 
 @dataclass(frozen=True, eq=False)
