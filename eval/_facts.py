@@ -12,7 +12,7 @@ from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import GroundedRelation, PredictedPoint, ground_relations
-from sloop_ppl.models.target_grounds import split_by_targets
+from sloop_ppl.models._target_grounds import split_by_targets
 
 __all__ = ["RelationFacts", "TargetFacts", "facts_of", "plain_word"]
 

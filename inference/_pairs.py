@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from threading import Lock
 
 import torch
 from scipy.fft import next_fast_len
@@ -31,6 +32,9 @@ MOST_NUMBERS = 1 << 26
 
 _MOST_KEPT = 4
 """Tables that are kept of one phrase: with others, under several readings."""
+
+_LOCK = Lock()
+"""Held while a kept table is looked up: posteriors are asked from many threads."""
 
 _DEEP = -650.0
 """Log factors above this can be multiplied as exponentials."""
@@ -363,9 +367,10 @@ def _kept_table(first: str, second: str, kernels: tuple[tuple[PairKernel, bool],
     """Return the table of some kernels, made once: each look of a search asks for it again."""
     kept = kernels[0][0].tables
     key = (first, second, *((id(kernel), reverse) for kernel, reverse in kernels))
-    if key not in kept:
-        if len(kept) >= _MOST_KEPT:  # what was said with others before is asked for no more
-            kept.pop(next(iter(kept)))
-        kept[key] = PairTable(first, second, kernels)
-    table: PairTable = kept[key]
+    with _LOCK:
+        if key not in kept:
+            if len(kept) >= _MOST_KEPT:  # what was said with others before is asked for no more
+                kept.pop(next(iter(kept)))
+            kept[key] = PairTable(first, second, kernels)
+        table: PairTable = kept[key]
     return table

@@ -32,6 +32,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models._choices import phrasings_of
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models._target_grounds import SplitPhrasing, split_phrasing, target_ids
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import (
@@ -42,7 +43,6 @@ from sloop_ppl.models.grounded_relation import (
 )
 from sloop_ppl.models.latents import Latent
 from sloop_ppl.models.presets import ObservationModel
-from sloop_ppl.models.target_grounds import SplitPhrasing, split_phrasing, target_ids
 
 __all__ = [
     "Phrase",
