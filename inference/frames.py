@@ -108,7 +108,8 @@ def framed_relations(factors: Sequence[DescriptionFactor], target: str) -> tuple
     """Return what was said of a target in some frame of reference, in the order it was said.
 
     Left out is a relation whose frame is another one under each value of a latent, such as which
-    place its ground is: the joint posterior tells of it (``posterior.joint.table("T/frame_j", "latent")``).
+    place its ground is: the joint posterior tells of it
+    (``posterior.joint.table("T/frame_j", "latent")``).
     """
     found: list[Framed] = []
     before = 0

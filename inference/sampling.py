@@ -141,9 +141,9 @@ def _averaged(engine: Nuts | Svi, data: ProgramData, rng: np.random.Generator) -
     Notes
     -----
     The factor is Z E[L(v, k, s, psi) / Z(psi)] over the frames, where Z(psi) is the sum of L times
-    the priors of cells and of what phrases share. Its product with that prior is the mean posterior, and sums to the
-    evidence Z, which is estimated by importance sampling: half the draws from the frames' prior,
-    half from von Mises distributions fitted to the frames that were found.
+    the priors of cells and of what phrases share. Its product with these is the mean posterior, and
+    sums to the evidence Z, which is estimated by importance sampling: half the draws from the
+    frames' prior, half from von Mises distributions fitted to the frames that were found.
     """
     check_density(data, f"Engine '{engine.name}'", points=False)
     tables = []

@@ -186,7 +186,7 @@ def _choose_branches(found: Sequence[Phrasing], suffix: str) -> None:
 
 
 def _choose_places(one: Phrasing, *, sum_grounds: bool) -> None:
-    """Fix what is certain of a phrase's grounds; silence it when one is certainly not on the map."""
+    """Fix what is certain of a phrase's grounds; silence it where one is on no map."""
     relation, slots, grounds = one.relation, [], []
     for i, ground in enumerate(relation.grounds):
         slot = tuple(c for c in relation.slot(i) if c.probability > 0)

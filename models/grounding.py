@@ -463,6 +463,8 @@ class ProgramData:
             says = any(not one.is_silent for one in read)
             own = torch.tensor(weights, dtype=torch.float64)
             rows.append(log_normalise(own) if says else fixed)
+        if all(torch.equal(row, fixed) for row in rows):
+            return fixed
         return torch.stack(rows).reshape(*sizes, -1)
 
     def log_weight_before(self, i: int) -> Tensor:
@@ -941,8 +943,8 @@ def _shared_frames(
 ) -> tuple[SharedFrame, ...]:
     """Return the frames that a model lets several phrases share.
 
-    A frame is shared by all frame phrases about a certain ground, of any target; its prior is that of a
-    front or behind phrase, if there is one, whatever the order in which they were said.
+    A frame is shared by all frame phrases about a certain ground, of any target; its prior is that
+    of a front or behind phrase, if there is one, whatever the order in which they were said.
     """
     if not model.shared_frames:
         return ()

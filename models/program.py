@@ -69,11 +69,15 @@ def generative_model(
 ) -> dict[str, Tensor]:
     """Draw where targets are and how each phrase was meant; observe that the description holds.
 
-    For each target: component z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads:
-    lapse l_j ~ Bernoulli(lambda), frame psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) +
-    eps Uniform, and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j = 1 / S in a lapse and else
-    g(s | r_j, psi_j) / sum_s E_psi[g]. Per component of n phrases a composite likelihood,
+    First what phrases share: reading h ~ Cat(pi), branch of each "or", referent gamma_m of each
+    mention ~ Cat(candidates and none), frames, and latents of the model. For each target: component
+    z ~ Cat(w) and cell s ~ Cat(prior). For each phrase j that z reads: referents of its own, frame
+    psi_j ~ (1 - eps) sum_m pi_m VonMises(mu_m, kappa_m) + eps Uniform given its referent, lapse
+    l_j ~ Bernoulli(lambda), and holds_j ~ Bernoulli(phi_j) observed 1, where phi_j is
+    g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map and
+    of a phrase that is not in h. Per component of n phrases a composite likelihood,
     (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
+    Last, the phrases between targets, each a factor of their two cells.
     """
     model, cells = data.model, {}
     numbers = {name: draw_number(name, prior) for name, prior in data.number_priors.items()}
@@ -86,7 +90,7 @@ def generative_model(
         log_phi = []
         for j, relation in plate(data, frames, f"{target}/phrases", data.relations[i]):
             summed = summed_phrase(data, likelihood, relation)
-            phrase, log_peak, log_z, log_expected_phi, log_meant = summed
+            phrase, log_expected_phi = summed.phrase, summed.log_phi
             log_phi.append(log_expected_phi)
             if frames == "summed" or not data.reads[i][j].any():  # all that is left is shared
                 log_holds = look_up(log_expected_phi, (*shared, cell))
@@ -94,19 +98,7 @@ def generative_model(
                 own = [pyro.sample(u.name, categorical(u.log_prior)) for u in phrase.own]
                 name = f"{target}/frame_{j}"
                 angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
-                log_p = log_meant[..., None, :]
-                if not phrase.is_of_each_denied:
-                    log_g = phrase.over_meanings(
-                        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)),
-                        angles,
-                    )
-                    if model.normalisation == "speaker":  # P(word) among what could have been said
-                        log_g = log_g - phrase.over_meanings(
-                            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle),
-                            angles,
-                        )
-                    log_p = log_held(log_g, relation, model, log_peak) - log_z[..., None, :]
-                    log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
+                log_p = log_phrase(data, likelihood, summed, angles)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
                 if model.lapse:
                     lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
@@ -144,13 +136,53 @@ def generative_model(
     return cells
 
 
+def log_phrase(
+    data: ProgramData, likelihood: RelationLikelihood, summed: SummedPhrase, angles: Sequence[Any]
+) -> Tensor:
+    """Return log phi of a phrase for each front, had it not lapsed, shape (V..., U..., B, S).
+
+    Parameters
+    ----------
+    data, likelihood
+        What the program is run on, and how true a relation is of each cell.
+    summed
+        The phrase, and what it is divided by.
+    angles
+        The fronts of each of its meanings, radians.
+    """
+    phrase, model = summed.phrase, data.model
+    if phrase.is_of_each_denied:  # without fronts of its own
+        return summed.log_meant[..., None, :]
+    log_g = phrase.over_meanings(
+        lambda meaning, angle: likelihood.log_g(meaning, meaning.directions(angle)), angles
+    )
+    if model.normalisation == "speaker":  # P(word) among what could have been said
+        log_g = log_g - phrase.over_meanings(
+            lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
+        )
+    log_p = log_held(log_g, phrase.relation, model, summed.log_peak) - summed.log_z[..., None, :]
+    return phrase.if_said(log_p, data.log_uninformative, after=2)
+
+
 def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
-    """Return the rows of a table (V..., K) at values of latents; one without their axes as it is."""
+    """Return the rows of a table (V..., K) at values of latents; of one without their axes all."""
     if table.dim() == 1:
         return table
     nothing = torch.tensor(0)
     chosen = [nothing if n == 1 else v for v, n in zip(latents, table.shape, strict=False)]
     return table[tuple(torch.broadcast_tensors(*chosen))]
+
+
+def that_matters(table: Tensor) -> Tensor:
+    """Return a table (V..., B) without the axes of latents that it is the same under all values of.
+
+    Another latent's axis would make the frame depend on it.
+    """
+    for axis in range(table.dim() - 1):
+        first = table.narrow(axis, 0, 1)
+        if table.shape[axis] > 1 and torch.equal(table, first.expand_as(table)):
+            table = first
+    return table
 
 
 def plate(
@@ -232,11 +264,9 @@ def draw_frame_angle(
     spread = [frame for frame in phrase.frames if frame is not None and not frame.is_point]
     if frames == "bins" or not spread:
         angles, log_mass = phrase.bins(bins)
-        # Only the latents that matter: another's axis would make the frame depend on it.
-        chosen = [nothing if n == 1 else v for v, n in zip(latents, phrase.sizes, strict=True)]
-        masses = log_mass[tuple(torch.broadcast_tensors(*chosen))] if chosen else log_mass
-        index = pyro.sample(name, categorical(masses))
-        pyro.deterministic(name.replace("/frame_", "/angle_"), look_up(angles, (*latents, index)))
+        index = pyro.sample(name, categorical(at_latents(that_matters(log_mass), latents)))
+        angle = look_up(that_matters(angles), (*latents, index))
+        pyro.deterministic(name.replace("/frame_", "/angle_"), angle)
         return FrameAngles(list(angles.reshape(len(phrase.meanings), -1)), index)
     own = phrase.own_frames(name)
     if len(spread) < len([frame for frame in phrase.frames if frame is not None]):
@@ -310,16 +340,9 @@ def summed_phrase(
     log_p = log_meant = phrase.if_said(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
-        given = phrase.over_meanings(
-            lambda meaning, _: likelihood.log_g(meaning, meaning.directions(angles))
-        )
-        if model.normalisation == "speaker":
-            given = given - phrase.over_meanings(
-                lambda meaning, _: log_vocabulary(likelihood, meaning, angles)
-            )
-        log_p = log_held(given, relation, model, log_peak) - log_z[..., None, :]
-        log_p = phrase.if_said(log_p, data.log_uninformative, after=2)
-        log_p = phrase.on_shared_axis(log_p)[..., 0, :]
+        kept = SummedPhrase(phrase, log_peak, log_z, log_p, log_meant)
+        given = log_phrase(data, likelihood, kept, [angles] * len(phrase.meanings))
+        log_p = phrase.on_shared_axis(given)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
     log_phi = with_lapse(log_p, model, data.log_uninformative)
@@ -696,11 +719,12 @@ def build(
         Takes no arguments. Sites of target T and its relation j: ``T/component``, ``T/cell``
         (row by row from the south-west), ``T/frame_j`` and ``T/angle_j`` (radians), ``T/lapse_j``,
         ``T/holds_j`` (observed); ``reading``, ``either_g`` and ``ground_k`` where the description
-        leaves its reading, the branch of alternatives g or the referent of mention k open; the factors ``T/temper``, ``T/normaliser``, ``T/cut`` and
-        ``T/shared_error``; ``T/together`` (observed) for components that are no product of
-        phrases; ``frame/G`` where phrases share the frame of ground G; latents that the model
-        declares by their names. Relations to other targets come last of ``T/holds_j``, and have no
-        sites of frame and lapse: these are summed out.
+        leaves its reading, the branch of alternatives g or the referent of mention k open; the
+        factors ``T/temper``, ``T/normaliser``, ``T/cut`` and ``T/shared_error``; ``T/together``
+        (observed) for components that are no product of phrases; ``frame/G`` where phrases share
+        the frame of ground G; latents that the model declares by their names. Relations to other
+        targets come last of ``T/holds_j``, and have no sites of frame and lapse: these are summed
+        out.
 
     Raises
     ------

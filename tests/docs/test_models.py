@@ -11,7 +11,7 @@ import pytest
 import sloop_ppl as sloop
 from sloop_ppl.inference import ParameterDraws
 from sloop_ppl.models import preset
-from sloop_ppl.models.program import generative_model
+from sloop_ppl.models.program import generative_model, log_phrase
 from sloop_ppl.models.simulation import SPEAKER
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
@@ -79,10 +79,10 @@ def test_every_picture_and_link_of_the_page_leads_somewhere():
 
 def test_every_line_of_the_table_of_equations_is_one_of_the_program():
     page = (ROOT / "docs" / "models.md").read_text()
-    source = inspect.getsource(generative_model)
-    section = page.split("## The program")[1].split("### Engines")[0]
+    source = inspect.getsource(generative_model) + inspect.getsource(log_phrase)
+    section = page.split("## The program")[1].split("### Readings and referents")[0]
     lines = re.findall(r"^\| .* \| `(.*)` \|$", section, re.MULTILINE)
-    assert len(lines) == 12
+    assert len(lines) == 15
     for line in lines:
         assert line in source, line
 
@@ -101,6 +101,9 @@ def test_the_plate_diagram_is_that_of_the_program(tmp_path):
         *((parent, "temper") for parent in ("component", "cell")),
         ("component", "normaliser"),
     }
+    heard = re.findall(r'(reading|ground_0) -> "GreenToyota/(\w+)"', graph.source)
+    of_reading = ("holds_0", "holds_1", "temper", "normaliser")
+    assert sorted(heard) == [("ground_0", "holds_1"), *(("reading", n) for n in sorted(of_reading))]
     assert "cluster_targets" in graph.source
     assert (ROOT / "docs" / "images" / "program.png").stat().st_size > 10_000
 
