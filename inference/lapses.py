@@ -107,16 +107,15 @@ def _lapse_of_pair(
     if not pairs or not model.lapse or pairs[0].n_cells ** 2 > MOST_NUMBERS:
         return Lapse(relation, position, float(model.lapse), float(model.lapse))
     pair = replace(pairs[0], power=1.0)
-    gates, unsaid = gates_of(factor, which, pairs[0]), 0.0
+    gates, otherwise = gates_of(factor, which, pairs[0]), 0.0
     cells = joint.probabilities(*gates, f"{pair.figure}/cell", f"{pair.ground}/cell")
     level = math.log(model.lapse) + factor.data.log_uninformative
     log_phi = pair.log_rows(torch.arange(pair.n_cells), of_figure=True).numpy()
     for values in gates.values():  # where it was not meant, nothing tells of its lapse
-        said = np.isin(np.arange(len(cells)), sorted(values))
-        silent = cells[~said].sum()
-        cells = cells[said].sum(0)
-        unsaid += float(silent)
-    p = float((cells * np.exp(level - log_phi)).sum()) + unsaid * model.lapse
+        meant = np.isin(np.arange(len(cells)), sorted(values))
+        otherwise += float(cells[~meant].sum())
+        cells = cells[meant].sum(0)
+    p = float((cells * np.exp(level - log_phi)).sum()) + otherwise * model.lapse
     return Lapse(relation, position, min(p, 1.0), float(model.lapse))
 
 

@@ -651,8 +651,8 @@ class Program:
         Angle bins of each frame.
     pairs
         Name of a site -> ids of a figure and of the target that is its ground, and the log factor
-        of their cells, shape (V..., S, S), the ground's first. Engines leave them out: they weigh the
-        cells of each target by itself, and the joint posterior has the rest.
+        of their cells, shape (V..., S, S), the ground's first. Engines leave them out: they weigh
+        the cells of each target by itself, and the joint posterior has the rest.
     """
 
     data: ProgramData

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 __all__ = [
     "belief_lines",
     "belief_report",
-    "nothing_said_line",
     "outcome_line",
     "relation_table",
     "step_line",
+    "unlocated_line",
     "unresolved_lines",
 ]
 
@@ -64,7 +64,7 @@ def belief_lines(posterior: Posterior) -> list[str]:
         lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
                      f"{posterior.entropy(target):.2f} nats")  # fmt: skip
         if not posterior.relations(target):
-            lines.append(f"  {nothing_said_line(posterior, target)}")
+            lines.append(f"  {unlocated_line(posterior, target)}")
         parts = posterior.component(target)
         if len(parts) > 1:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
@@ -74,7 +74,7 @@ def belief_lines(posterior: Posterior) -> list[str]:
     return [*lines, *reading_lines(posterior)]
 
 
-def nothing_said_line(posterior: Posterior, target: str) -> str:
+def unlocated_line(posterior: Posterior, target: str) -> str:
     """Return a line about the belief of a target that nothing was said of by itself."""
     if target in posterior.related:
         return "nothing was said of it but that another lies by it"
