@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -123,13 +123,16 @@ def _known_targets(
     examples: Sequence[Example], model: ObservationModel, speakers: Sequence[str]
 ) -> list[_KnownTarget]:
     targets = []
+    # One is taught by what was most probably meant, so that a table serves many examples.
+    certain = replace(model, sum_readings=False, sum_grounds=False)
     for i, example in enumerate(examples):
         if speakers and example.speaker is None:
             raise InputError(
                 f"Example {i} has no speaker; expected one, for parameters vary between speakers"
             )
         speaker = speakers.index(example.speaker) if speakers and example.speaker else 0
-        grounded = ground_description(example.description, example.city, model)
+        heard = ground_description(example.description, example.city, certain)
+        grounded = {t: tuple(r for r in said if not r.is_silent) for t, said in heard.items()}
         rows, cols = example.city.grid.shape
         for target, (row, col) in example.cells.items():
             if not (0 <= row < rows and 0 <= col < cols):
