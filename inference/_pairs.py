@@ -96,8 +96,9 @@ class PairTable:
         top = flat.max(-1, keepdim=True).values
         top = torch.where(torch.isfinite(top), top, 0.0)
         weights = (flat - top).exp()
-        if not self._is_kept and self._expansion is not None:
-            found = self._convolved(weights, of_second=name == self.second).log() + top
+        expansion = None if self._is_kept else self._expansion
+        if expansion is not None:
+            found = self._convolved(weights, *expansion, of_second=name == self.second).log() + top
             return LogTable((*rest, self.other(name)), found.reshape(shape))
         found = torch.zeros_like(flat)
         parts: list[Tensor] = []
@@ -118,12 +119,13 @@ class PairTable:
             found = parts[0]
         return LogTable((*rest, self.other(name)), found.reshape(shape))
 
-    def _convolved(self, weights: Tensor, *, of_second: bool) -> Tensor:
+    def _convolved(
+        self, weights: Tensor, over_second: Tensor, apart: Tensor, *, of_second: bool
+    ) -> Tensor:
         """Return sums of products with weights of one latent's cells, by Fourier, (R, S)."""
         grid = self.kernels[0][0].city.grid
         rows, cols = grid.shape
         size = next_fast_len(2 * rows - 1, True), next_fast_len(2 * cols - 1, True)
-        over_second, apart = self._expansion or ()
         tables = weights.reshape(-1, rows, cols)
         each = over_second.reshape(-1, rows, cols)
         found = torch.zeros_like(tables)

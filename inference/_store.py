@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.engines import ENGINES, Engine
-from sloop_ppl.inference.factors import DescriptionFactor, pair_kernels
+from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, from_geojson, to_geojson
 from sloop_ppl.models import (
@@ -29,6 +29,7 @@ from sloop_ppl.models import (
 )
 from sloop_ppl.models._model_parts import model_from_parts, parts_of
 from sloop_ppl.models._netcdf import read_netcdf
+from sloop_ppl.models.program import pair_kernels
 from sloop_ppl.outputs import check_output, written_whole
 
 if TYPE_CHECKING:

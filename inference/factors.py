@@ -31,6 +31,7 @@ from sloop_ppl.models import (
     program_data,
     true_places,
 )
+from sloop_ppl.models.program import pair_kernels
 
 __all__ = [
     "DescriptionFactor",
@@ -38,7 +39,6 @@ __all__ = [
     "check_description",
     "gates_of",
     "joint_posterior",
-    "pair_kernels",
     "site_name",
     "weigh",
 ]
@@ -264,21 +264,6 @@ def weigh(
             weights = data.log_weight[i].numpy()[:, None]
             log_factors[target] = np.ascontiguousarray(np.broadcast_to(weights, table.shape))
     return DescriptionFactor(tuple(descriptions), data, log_factors, pair_kernels(data))
-
-
-def pair_kernels(data: ProgramData) -> tuple[PairKernel, ...]:
-    """Return the factors of relations to other targets.
-
-    Parameters
-    ----------
-    data
-        What the description's program is run on.
-    """
-    return tuple(
-        PairKernel(term, data.city, data.model, data.power_of(term))
-        for terms in data.to_targets.values()
-        for term in terms
-    )
 
 
 def _check_tables(tables: object, data: ProgramData, engine: Engine) -> None:

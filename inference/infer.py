@@ -141,7 +141,7 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
-    coupled = chosen.shared_frames or latents_of(chosen)
+    coupled = chosen.shared_frames or bool(latents_of(chosen))
     coupled = coupled or any(ground_target_relations((d,), city, chosen) for d in descriptions)
     if coupled or not all(description.is_certain for description in descriptions):
         each = [

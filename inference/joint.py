@@ -58,7 +58,12 @@ def sum_product(factors: Sequence[LogFactor], keep: Sequence[str]) -> LogTable:
     left = [factor for factor in factors if isinstance(factor, LogTable)]
     pairs = [factor for factor in factors if isinstance(factor, PairGroup)]
     sizes = {name: size for factor in factors for name, size in factor.sizes.items()}
-    while others := {name for f in (*left, *pairs) for name in f.latents if name not in keep}:
+    while True:
+        known = [name for factor in left for name in factor.latents]
+        known += [name for factor in pairs for name in factor.latents]
+        others = {name for name in known if name not in keep}
+        if not others:
+            break
         costs = {name: _bucket_size(left, pairs, name, sizes) for name in others}
         name = min(sorted(costs), key=lambda name: costs[name])
         if costs[name] > _MOST_NUMBERS:

@@ -29,7 +29,7 @@ from torch import Tensor
 from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models._choices import phrasings_of
+from sloop_ppl.models._choices import Phrasing, phrasings_of
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models._target_grounds import SplitPhrasing, split_phrasing, target_ids
@@ -728,7 +728,6 @@ def _by_target(
     known = target_ids(texts, city, others)
     counts: Counter[str] = Counter()
     for position, text in enumerate(texts):
-        heed = {} if model.heed_distance else {"distance_m": None, "distance": None}
         phrasings = phrasings_of(
             text, sum_readings=model.sum_readings, sum_grounds=model.sum_grounds, text=position
         )
@@ -738,7 +737,7 @@ def _by_target(
                 target.id,
                 tuple(
                     split_phrasing(
-                        replace(one, relation=replace(one.relation, **heed)),
+                        one if model.heed_distance else _without_distance(one),
                         known,
                         -1 if one.position is None else counts[target.id] + one.position,
                     )
@@ -747,6 +746,11 @@ def _by_target(
                 ),
             )
             counts[target.id] += len(text.about(target.id))
+
+
+def _without_distance(phrasing: Phrasing) -> Phrasing:
+    plain = replace(phrasing.relation, distance_m=None, distance=None)
+    return replace(phrasing, relation=plain)
 
 
 def _main(relations: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +19,6 @@ from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.models.grounded_relation import GroundedRelation
 from sloop_ppl.models.grounding import Phrase, ProgramData, program_data
 from sloop_ppl.models.presets import ObservationModel
-from sloop_ppl.models.program import log_expected, log_greatest, log_held, with_lapse
 
 __all__ = ["PairKernel"]
 
@@ -42,6 +42,9 @@ class PairKernel:
         The map and the observation model.
     power
         Exponent of the factor: n^-temper for a figure of n phrases.
+    log_meanings
+        Given what the program of the phrase alone is run on, returns the log of what holds of each
+        cell under each meaning of the phrase, shape (M, S).
     tables
         What others made of it, kept as long as it is.
 
@@ -58,7 +61,8 @@ class PairKernel:
     relation: GroundedRelation
     city: CityMap
     model: ObservationModel
-    power: float = 1.0
+    power: float
+    log_meanings: Callable[[ProgramData], Tensor]
     tables: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -108,7 +112,7 @@ class PairKernel:
             log_p += log_prior
             total = log_p if total is None else torch.logaddexp(total, log_p)
         assert total is not None  # a phrase has at least one meaning
-        log_phi = with_lapse(total, self.model, self.model.log_uninformative(self.n_cells))
+        log_phi = self._with_lapse(total)
         return log_phi if self.power == 1 else log_phi.mul_(self.power)
 
     def expansion(self) -> tuple[Tensor, Tensor] | None:
@@ -141,8 +145,7 @@ class PairKernel:
             return None
         angles = (torch.arange(count, dtype=torch.float64) + 0.5) * (math.pi / count)
         nodes = middle + half * angles.cos()
-        level = self.model.log_uninformative(self.n_cells)
-        log_phi = with_lapse(table - nodes[:, None, None], self.model, level) * self.power
+        log_phi = self._with_lapse(table - nodes[:, None, None]) * self.power
         order = torch.arange(count, dtype=torch.float64)
         # Lagrange's polynomials of the nodes, as cosine sums: 2/J sum' T_j(node) T_j(u).
         at = ((u - middle) / max(half, _SAME)).clamp(-1.0, 1.0).acos()
@@ -157,12 +160,16 @@ class PairKernel:
         log_p = max(
             float(p + t.min() - z.max()) for p, t, z in zip(log_priors, tables, log_z, strict=True)
         )
-        level = with_lapse(
-            torch.tensor(log_p, dtype=torch.float64),
-            self.model,
-            self.model.log_uninformative(self.n_cells),
-        )
+        level = self._with_lapse(torch.tensor(log_p, dtype=torch.float64))
         return self.power * float(level)
+
+    def _with_lapse(self, log_p: Tensor) -> Tensor:
+        """Return log[(1 - lapse) p + lapse u]; see `sloop_ppl.models.program.with_lapse`."""
+        if not self.model.lapse:
+            return log_p
+        lapse = torch.as_tensor(self.model.lapse, dtype=torch.float64)
+        level = lapse.log() + self.model.log_uninformative(self.n_cells)
+        return torch.logaddexp(log_p + torch.log1p(-lapse), level)
 
     def _windows(self, table: Tensor, cells: Tensor, *, of_figure: bool) -> Tensor:
         """Return the part of a table of displacements that each cell sees, shape (C, S)."""
@@ -185,15 +192,8 @@ class PairKernel:
             return self._made_tables()
 
     def _made_tables(self) -> tuple[tuple[Tensor, ...], tuple[Tensor, ...]]:
-        data, phrase = self._data, self._phrase
-        likelihood, grid = self.model.likelihood, data.city.grid
-        log_g = phrase.over_meanings(
-            lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
-        )
-        peak = log_g.new_zeros(1)
-        if self.relation.negated:
-            peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
-        log_g = log_held(log_g, self.relation, self.model, peak)[..., 0, :].reshape(-1, grid.size)
+        data, phrase, grid = self._data, self._phrase, self._data.city.grid
+        log_g = self.log_meanings(data)
         level = self.model.log_uninformative(self.n_cells)
         silent = phrase.if_said(torch.zeros(*phrase.sizes, 1), 1.0).reshape(-1) > 0
         tables, sums = [], []

@@ -44,6 +44,7 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
+from sloop_ppl.models.pair_kernel import PairKernel
 from sloop_ppl.models.presets import ObservationModel, preset
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
@@ -794,6 +795,28 @@ def build(
     return Program(data, frames, frame_bins, pair_sites(data))
 
 
+def pair_kernels(data: ProgramData) -> tuple[PairKernel, ...]:
+    """Return the factors of relations to other targets, in the order of saying per target."""
+    return tuple(
+        PairKernel(term, data.city, data.model, data.power_of(term), log_meanings)
+        for terms in data.to_targets.values()
+        for term in terms
+    )
+
+
+def log_meanings(data: ProgramData) -> Tensor:
+    """Return the log of what holds of the one phrase of a program under each meaning, (M, S)."""
+    likelihood, relation = data.model.likelihood, data.relations[0][0]
+    phrase = data.phrase(relation)
+    log_g = phrase.over_meanings(
+        lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
+    )
+    peak = log_g.new_zeros(1)
+    if relation.negated:
+        peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
+    return log_held(log_g, relation, data.model, peak)[..., 0, :].reshape(-1, data.n_cells)
+
+
 def pair_sites(data: ProgramData) -> dict[str, PairSite]:
     """Return the sites of relations to other targets, ``T/holds_j`` counted on; see `Program`.
 
@@ -802,31 +825,29 @@ def pair_sites(data: ProgramData) -> dict[str, PairSite]:
     InputError
         When a table would not fit in memory, or there are too many sites to enumerate together.
     """
-    from sloop_ppl.models.pair_kernel import PairKernel  # it asks for what the program defines
-
     found: dict[str, PairSite] = {}
-    for target, terms in data.to_targets.items():
+    counts = {t: len(relations) for t, relations in zip(data.targets, data.relations, strict=True)}
+    for kernel in pair_kernels(data):
+        term = kernel.relation
         if data.n_cells**2 > _MOST_NUMBERS or _count_sites(data) > _MOST_DIMS:
             raise InputError(
-                f"The program of '{terms[0].relation} {terms[0].ground}' relates two targets of "
+                f"The program of '{term.relation} {term.ground}' relates two targets of "
                 f"{data.n_cells} cells beside {_count_sites(data)} sites; use a smaller map, or "
                 "sloop_ppl.infer, which multiplies them without a table"
             )
-        before = len(data.relations[data.targets.index(target)])
-        for j, term in enumerate(terms, start=before):
-            kernel = PairKernel(term, data.city, data.model, data.power_of(term))
-            log_pair = kernel.log_rows(torch.arange(data.n_cells))
-            off = kernel.log_silent
-            if kernel.is_alternative:  # the phrase to a place is silent then, and counts as that
-                log_pair, off = log_pair - off, 0.0
-            for latent in reversed(data.shared):
-                values = term.said_when.get(latent.name)
-                rows = [log_pair]
-                if values is not None:
-                    silent = torch.full_like(log_pair, off)
-                    rows = [log_pair if value in values else silent for value in latent.support]
-                log_pair = torch.stack(rows)
-            found[f"{target}/holds_{j}"] = (target, term.ground, log_pair)
+        log_pair, off = kernel.log_rows(torch.arange(data.n_cells)), kernel.log_silent
+        if kernel.is_alternative:  # the phrase to a place is silent then, and counts as that
+            log_pair, off = log_pair - off, 0.0
+        for latent in reversed(data.shared):
+            values = term.said_when.get(latent.name)
+            rows = [log_pair]
+            if values is not None:
+                silent = torch.full_like(log_pair, off)
+                rows = [log_pair if value in values else silent for value in latent.support]
+            log_pair = torch.stack(rows)
+        name = f"{term.figure}/holds_{counts[term.figure]}"
+        counts[term.figure] += 1
+        found[name] = (term.figure, term.ground, log_pair)
     return found
 
 
