@@ -32,7 +32,7 @@ sloop.infer(sloop.parse({TEXT!r}, city), city)
 LATER = f"""
 import time
 import sloop_ppl as sloop
-from sloop_ppl.bridge.formatting import belief_report
+from sloop_ppl.bridge._formatting import belief_report
 city = sloop.load_map("cleveland")
 spent = []
 for _ in range(23):

@@ -1,4 +1,10 @@
-"""Where the jobs of a sweep run: processes of this machine, a Ray cluster, a Dask cluster."""
+"""Where the jobs of a sweep run: processes of this machine, a Ray cluster, a Dask cluster.
+
+Ray and Dask are called directly, not as backends of joblib: joblib's Ray backend yields no result
+before all are done (it refuses ``return_as="generator_unordered"``), which would end the progress
+bar and the stop at the first fault, and its Dask backend waits for ever when a worker is killed,
+which is reported here as `WorkersLost` and tried again (joblib 1.6, Ray 2.60, Dask 2026.8).
+"""
 
 from __future__ import annotations
 

@@ -125,8 +125,6 @@ def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> Belie
     ----------
     belief
         Probability of each cell, shape (H, W), summing to one.
-    grid
-        The cells.
     truth
         Where the target is.
 

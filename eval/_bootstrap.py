@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 
-__all__ = ["DRAWS", "clustered_interval"]
+__all__ = ["DRAWS", "by_cluster", "clustered_interval"]
 
 DRAWS = 10_000
 """How often the clusters are drawn again."""
@@ -64,16 +64,7 @@ def clustered_interval(
     >>> clustered_interval([1.0, 1.0, 3.0], ["a", "a", "b"], rng=np.random.default_rng(0))
     (1.0, 3.0)
     """
-    table = np.asarray(values, dtype=np.float64)
-    if table.ndim != 1 or len(table) == 0 or len(clusters) != len(table):
-        raise InputError(
-            f"There are {table.shape} values and {len(clusters)} clusters; expected at least one "
-            "value and a cluster for each"
-        )
-    order = {cluster: i for i, cluster in enumerate(dict.fromkeys(clusters))}
-    which = np.array([order[cluster] for cluster in clusters])
-    sums = np.bincount(which, weights=table)
-    counts = np.bincount(which).astype(np.float64)
+    sums, counts = by_cluster(values, clusters, "value")
     means = []
     step = max(1, _NUMBERS_AT_ONCE // len(sums))
     for start in range(0, draws, step):
@@ -82,3 +73,25 @@ def clustered_interval(
     tail = (1 - level) / 2
     low, high = np.quantile(np.concatenate(means), [tail, 1 - tail])
     return float(low), float(high)
+
+
+def by_cluster(
+    values: Sequence[float] | NDArray[np.float64], clusters: Sequence[Hashable], what: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return sum and count of the values of each cluster, in the order they first come.
+
+    Raises
+    ------
+    InputError
+        When there is no value, or not one cluster per value.
+    """
+    table = np.asarray(values, dtype=np.float64)
+    if table.ndim != 1 or len(table) == 0 or len(clusters) != len(table):
+        raise InputError(
+            f"There are {table.shape} {what}s and {len(clusters)} clusters; expected at least one "
+            f"{what} and a cluster for each"
+        )
+    order = {cluster: i for i, cluster in enumerate(dict.fromkeys(clusters))}
+    which = np.array([order[cluster] for cluster in clusters])
+    sums, counts = np.bincount(which, weights=table), np.bincount(which)
+    return sums.astype(np.float64), counts.astype(np.float64)

@@ -22,8 +22,6 @@ def misspell(text: str, share: float, *, rng: np.random.Generator) -> str:
 
     Parameters
     ----------
-    text
-        Any text.
     share
         Probability, in [0, 1], that a word of five letters or more gets one edit: a letter
         inserted, left out or replaced, or two neighbours swapped.

@@ -41,13 +41,6 @@ def write_examples(sweep: Sweep, folder: RunFolder) -> None:
 
     They are trials of the first model of the primary comparison at its range.
 
-    Parameters
-    ----------
-    sweep
-        The trials, all done.
-    folder
-        Where they are.
-
     Raises
     ------
     OutputError

@@ -95,7 +95,7 @@ def score_described_frames(
     prior = chosen.frame_prior
     if not isinstance(prior, PredictedSpread):
         raise InputError(f"Model '{chosen.name}' has a frame prior that takes no predictor")
-    labelled = [annotated for annotated in descriptions if annotated.targets]
+    labelled = [one for one in descriptions if one.targets and one.has_gold]
     examples: list[tuple[str, Example]] = []
     for annotated, example in zip(labelled, examples_of(labelled, find_map), strict=True):
         for one in framed_examples([example]):

@@ -185,8 +185,6 @@ def cross_validate_frames(
         Names in :data:`sloop_ppl.inference._frame_training.RECIPES`.
     epochs, patience
         Epochs and patience instead of the recipes'.
-    rng
-        Draws all that is drawn.
     progress
         Called with a line at a time on how it goes.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sloop_ppl.bridge.requests import model_of
+from sloop_ppl.bridge._requests import model_of
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval._fits import cross_validated
 from sloop_ppl.eval._inventory import map_finder

@@ -41,7 +41,7 @@ def quality_tables(payload: Payload) -> list[Table]:
         (_WORDS, "Mean log score by relation"),
     ):
         tables.append(_groups(models, name, title))
-    return tables
+    return [table for table in tables if table.rows]  # no gold, no relations
 
 
 def quality_section(

@@ -127,8 +127,6 @@ def write_report(report: Report, folder: str | Path) -> Path:
 
     Parameters
     ----------
-    report
-        What to write.
     folder
         Where to write it; made if need be.
 

@@ -98,8 +98,6 @@ def writing(
         The folder; made if need be.
     manifest
         What the sweep is made of; `FORMAT` and its version are added.
-    targets
-        The described targets.
 
     Raises
     ------

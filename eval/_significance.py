@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.eval._bootstrap import by_cluster
 from sloop_ppl.eval._tables import Estimate
 
 __all__ = ["FEWEST", "holm", "sign_flip_p", "t_estimate"]
@@ -79,14 +79,7 @@ def sign_flip_p(
     >>> sign_flip_p([1, 1, 1], ["a", "b", "c"], rng=np.random.default_rng(0))
     0.25
     """
-    table = np.asarray(differences, dtype=np.float64)
-    if table.ndim != 1 or len(table) == 0 or len(clusters) != len(table):
-        raise InputError(
-            f"There are {table.shape} differences and {len(clusters)} clusters; expected at least "
-            "one difference and a cluster for each"
-        )
-    order = {cluster: i for i, cluster in enumerate(dict.fromkeys(clusters))}
-    sums = np.bincount([order[cluster] for cluster in clusters], weights=table)
+    sums, _ = by_cluster(differences, clusters, "difference")
     n = len(sums)
     least = abs(float(sums.sum())) * (1 - 1e-12)
     if n <= _EXACT:

@@ -20,7 +20,7 @@ from sloop_ppl.eval._backends import BACKENDS, WorkersLost
 from sloop_ppl.eval._run_folder import RunFolder
 from sloop_ppl.eval._trial_files import append_trial
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.eval.quality import beliefs_of
+from sloop_ppl.eval.quality import beliefs_of, model_for
 from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
@@ -68,8 +68,7 @@ class Sweep:
 
     def model(self, name: str, map_name: str) -> ObservationModel:
         """Return the model of this name for a map."""
-        model = self.models[name]
-        return model if isinstance(model, ObservationModel) else model[map_name]
+        return model_for(self.models[name], map_name)
 
     def keys(self, annotated: AnnotatedDescription, model: str) -> Iterator[TrialKey]:
         """Yield the trials of a description under a model."""
@@ -133,13 +132,9 @@ def run_sweep(
 
     Parameters
     ----------
-    sweep
-        The trials.
     folder
         Where they go, each as soon as it is done. On a cluster it lies on a file system that all
         workers share.
-    backend
-        Name of a backend.
     workers
         How many processes, > 0; a cluster at an address has its own.
     address

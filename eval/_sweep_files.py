@@ -24,7 +24,7 @@ from sloop_ppl.eval._run_folder import RunFolder, writing
 from sloop_ppl.eval._sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
 from sloop_ppl.eval._trial_files import write_parquet
 from sloop_ppl.eval.descriptions import AnnotatedDescription, read_sound_descriptions
-from sloop_ppl.eval.quality import read_annotated
+from sloop_ppl.eval.quality import read_annotated, to_score
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel, fitting_note
@@ -98,8 +98,6 @@ def sweep_files(
 
     Parameters
     ----------
-    request
-        What is asked for.
     notify
         Called with a line of every fault that is passed over, and how a refitting goes.
     progress
@@ -178,12 +176,7 @@ def _with_targets(
         )
     for fault in faults:
         notify(f"passed over {fault}")
-    labelled = tuple(annotated for annotated in descriptions if annotated.targets)
-    if not labelled:
-        raise InputError(
-            "No description says where its targets are; expected 'targets' with their places"
-        )
-    return labelled
+    return tuple(to_score(descriptions, _relations(request), notify))
 
 
 def _ranges(given: str) -> tuple[float, ...]:

@@ -25,8 +25,6 @@ def append_trial(folder: str | Path, trial: Trial) -> None:
     ----------
     folder
         Where the parts lie; it exists.
-    trial
-        What came of it.
 
     Raises
     ------

@@ -16,9 +16,12 @@ __all__ = ["examples_of", "refitted"]
 def examples_of(
     descriptions: Sequence[AnnotatedDescription], find_map: Callable[[str], CityMap] = load_map
 ) -> list[Example]:
-    """Return the gold relations of descriptions with the cells of their targets, to learn from."""
+    """Return the gold relations of descriptions with the cells of their targets, to learn from.
+
+    Lines without gold are left out.
+    """
     examples = []
-    for annotated in descriptions:
+    for annotated in (one for one in descriptions if one.has_gold):
         city = find_map(annotated.map)
         cells = {target: place.cell for target, place in annotated.targets.items()}
         examples.append(Example(annotated.description(city), city, cells, annotated.speaker))

@@ -5,19 +5,26 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.eval._gold import GoldEntry, entries_of, gold_entries, gold_relations
+from sloop_ppl.eval._line_format import (
+    AnnotationLine,
+    Fault,
+    FrameLine,
+    Line,
+    ObjectLine,
+    PlaceLine,
+    checked,
+)
 from sloop_ppl.eval._objects import declared_object
-from sloop_ppl.eval._records import Fault, Record
 from sloop_ppl.language import (
-    DEFAULT_TARGETS,
-    HEARER,
-    RELATIONS,
+    NOT_ON_MAP,
     WHOLE_MAP,
     Description,
     SpatialRelation,
@@ -112,6 +119,17 @@ class AnnotatedDescription:
         Where who listens was, (x_m, y_m), which may be outside the map; None when unknown.
     area_m
         West, south, east and north border of the area that is searched, metres; None for the map.
+    has_gold
+        False when no one has annotated it: then nothing is known of what it says, and what is read
+        in it can be scored by places alone.
+    entries
+        The gold with its alternatives, of which `relations` is what reaches a model; what
+        `relations` says when there are none.
+    phenomena
+        What is peculiar in the text, such as ``"negation"``; scores are told by it.
+    declared
+        Objects that the line describes; those of `targets` without a description are described by
+        their ids.
     """
 
     id: str
@@ -125,6 +143,10 @@ class AnnotatedDescription:
     viewpoint: Viewpoint = "map"
     hearer: tuple[float, float] | None = None
     area_m: tuple[float, float, float, float] | None = None
+    has_gold: bool = True
+    entries: tuple[GoldEntry, ...] = ()
+    phenomena: tuple[str, ...] = ()
+    declared: tuple[TargetObject, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -137,7 +159,14 @@ class AnnotatedDescription:
     @property
     def objects(self) -> tuple[TargetObject, ...]:
         """The declared objects in file order; empty means the default ones."""
-        return tuple(declared_object(name) for name in self.targets)
+        described = {target.id: target for target in self.declared}
+        names = dict.fromkeys((*self.targets, *described))
+        return tuple(described.get(name) or declared_object(name) for name in names)
+
+    @property
+    def gold(self) -> tuple[GoldEntry, ...]:
+        """What a reader is scored against."""
+        return self.entries or entries_of(self.relations)
 
     def description(self, city: CityMap) -> Description:
         """Return what is said on a map according to the gold relations."""
@@ -156,7 +185,9 @@ class AnnotatedDescription:
 
 
 def read_descriptions(
-    paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
+    paths: str | Path | Iterable[str | Path],
+    find_map: FindMap | None = None,
+    annotations: str | Path | None = None,
 ) -> tuple[AnnotatedDescription, ...]:
     """Read one or several description files.
 
@@ -166,6 +197,9 @@ def read_descriptions(
         ``.jsonl`` files, one JSON object a line; blank lines are passed over.
     find_map
         Gives the map of a line by the name in its field ``map``; bundled names and paths when None.
+    annotations
+        A ``.jsonl`` file of ``id`` and ``relations``: the gold of the lines with these ids, in
+        place of any they have.
 
     Returns
     -------
@@ -190,20 +224,22 @@ def read_descriptions(
     >>> annotated.map, annotated.targets["RedBike"].cell, annotated.relations[1].grounds
     ('austin', (34, 19), ('ClaudiaTaylorJohnsonHall', 'ChaseBankTower'))
     """
-    descriptions, faults = read_sound_descriptions(paths, find_map)
+    descriptions, faults = read_sound_descriptions(paths, find_map, annotations)
     if faults:
         raise InputError("; ".join(faults))
     return descriptions
 
 
 def read_sound_descriptions(
-    paths: str | Path | Iterable[str | Path], find_map: FindMap | None = None
+    paths: str | Path | Iterable[str | Path],
+    find_map: FindMap | None = None,
+    annotations: str | Path | None = None,
 ) -> tuple[tuple[AnnotatedDescription, ...], tuple[str, ...]]:
     """Return the lines of description files that follow the format, and the faults of the others.
 
     Parameters
     ----------
-    paths, find_map
+    paths, find_map, annotations
         As in `read_descriptions`.
 
     Returns
@@ -219,19 +255,26 @@ def read_sound_descriptions(
     """
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)
-    descriptions: dict[str, AnnotatedDescription] = {}
     faults: list[str] = []
+    notes = {} if annotations is None else _annotations(annotations, faults)
+    descriptions: dict[str, AnnotatedDescription] = {}
     for source in sources:
         before = len(descriptions), len(faults)
         for number, line in _lines(source):
             try:
-                annotated = _annotated(_parse(line), find)
+                data = _parse(line)
+                note = notes.get(str(data.get("id")))
+                annotated = _annotated(data if note is None else {**data, **note}, find)
                 _check_new(annotated.id, descriptions)
                 descriptions[annotated.id] = annotated
             except Fault as fault:
                 faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
         if before == (len(descriptions), len(faults)):
             faults.append(f"{source} holds no description; expected one JSON object a line")
+    if notes and not faults and not notes.keys() & descriptions.keys():
+        faults.append(
+            f"{annotations} holds the ids of none of these lines, but such as '{next(iter(notes))}'"
+        )
     return tuple(descriptions.values()), tuple(faults)
 
 
@@ -245,6 +288,22 @@ def _check_new(description_id: str, known: Container[str]) -> None:
         raise Fault("id", f"repeats '{description_id}'; expected one line for each id")
 
 
+def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, Any]]:
+    """Return id -> the fields that a file of annotations gives a line; add its faults."""
+    found: dict[str, dict[str, Any]] = {}
+    for number, line in _lines(source):
+        try:
+            data = _parse(line)
+            known = checked(data, AnnotationLine)
+            _check_new(known.id, found)
+            found[known.id] = {"relations": data["relations"]}
+        except Fault as fault:
+            faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
+    if not found and not faults:
+        faults.append(f"{source} holds no annotation; expected one JSON object a line")
+    return found
+
+
 def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
     try:
         text = Path(source).read_text(encoding="utf-8")
@@ -255,60 +314,90 @@ def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
             yield number, line
 
 
-def _parse(line: str) -> Record:
+def _parse(line: str) -> dict[str, Any]:
     try:
         data = json.loads(line)
     except (ValueError, RecursionError) as error:
         raise Fault("line", f"is not JSON: {error}") from error
     if not isinstance(data, dict):
         raise Fault("line", f"is a {type(data).__name__}; expected a JSON object")
-    return Record(data)
+    return data
 
 
-def _annotated(record: Record, find: FindMap) -> AnnotatedDescription:
-    description_id, text = record.text("id"), record.text("text")
-    name = record.text("map")
+def _annotated(data: Mapping[str, Any], find: FindMap) -> AnnotatedDescription:
+    line = checked(data, Line)
     try:
-        city = find(name)
+        city = find(line.map)
     except SloopError as error:
         raise Fault("map", f"names no map that can be used: {error}") from error
-    targets = {n: _place(p, city.grid) for n, p in record.members("targets")}
+    targets = {
+        name: _place(checked(place, PlaceLine, f"targets.{name}"), f"targets.{name}", city.grid)
+        for name, place in (line.targets or {}).items()
+    }
     try:
-        viewpoint = check_viewpoint(record.text("viewpoint", "map"))
+        viewpoint = check_viewpoint(line.viewpoint)
     except SloopError as error:
-        raise record.fault("viewpoint", f"is none: {error}") from error
-    gold = _relations(record.entries("relations"), targets, city)
+        raise Fault("viewpoint", f"is none: {error}") from error
+    declared = _declared(line.objects or [])
+    figures = dict.fromkeys((*targets, *(target.id for target in declared)))
+    gold = gold_entries(line.relations or [], figures, city)
     return AnnotatedDescription(
-        id=description_id,
-        map=name,
-        configuration=record.text("configuration", description_id),
-        text=text,
+        id=line.id,
+        map=line.map,
+        configuration=line.configuration or line.id,
+        text=line.text,
         targets=targets,
-        relations=Description(text, name, (), gold, viewpoint=viewpoint).relations,
-        speaker=record.optional_text("speaker"),
-        frames=tuple(_frame(e, city) for e in record.entries("frames", required=False)),
+        relations=_as_meant(gold_relations(gold), viewpoint),
+        speaker=line.speaker,
+        frames=tuple(_frame(f, f"frames[{i}]", city) for i, f in enumerate(line.frames or [])),
         viewpoint=viewpoint,
-        hearer=_hearer(record),
-        area_m=_area(record, city.grid),
+        has_gold=line.relations is not None,
+        entries=_entries_as_meant(gold, viewpoint),
+        phenomena=tuple(line.phenomena),
+        declared=declared,
+        area_m=_area(line, city.grid),
+        hearer=None if line.hearer is None else (line.hearer.east_m, line.hearer.north_m),
     )
 
 
-def _hearer(record: Record) -> tuple[float, float] | None:
-    """Return where who listens was, which is checked to be two finite numbers, nothing else."""
-    place = record.optional_record("hearer")
-    return None if place is None else (place.number("east_m"), place.number("north_m"))
+def _as_meant(
+    relations: tuple[SpatialRelation, ...], viewpoint: Viewpoint
+) -> tuple[SpatialRelation, ...]:
+    """Return relations as who looks from there means them."""
+    return Description("", "", (), relations, viewpoint=viewpoint).relations
 
 
-def _area(record: Record, grid: Grid) -> tuple[float, float, float, float] | None:
+def _entries_as_meant(
+    entries: tuple[GoldEntry, ...], viewpoint: Viewpoint
+) -> tuple[GoldEntry, ...]:
+    alone = tuple(
+        SpatialRelation(entry.figure, entry.relation, (entry.ground or NOT_ON_MAP,))
+        for entry in entries
+    )
+    return tuple(
+        replace(entry, relation=meant.relation)
+        for entry, meant in zip(entries, _as_meant(alone, viewpoint), strict=True)
+    )
+
+
+def _declared(objects: Iterable[ObjectLine]) -> tuple[TargetObject, ...]:
+    found: dict[str, TargetObject] = {}
+    for index, one in enumerate(objects):
+        if one.id in found:
+            raise Fault(f"objects[{index}].id", f"repeats '{one.id}'; expected each object once")
+        names = tuple(one.names) or declared_object(one.id).names
+        found[one.id] = TargetObject(one.id, names, one.colour, one.kind)
+    return tuple(found.values())
+
+
+def _area(line: Line, grid: Grid) -> tuple[float, float, float, float] | None:
     """Return the borders of the area that is searched, some of which is on the map."""
-    borders = record.optional_numbers("area_m", 4)
+    borders = line.area_m
     if borders is None:
         return None
     west, south, east, north = borders
     if not (west < east and south < north):
-        raise record.fault(
-            "area_m", f"is {list(borders)}; expected west < east and south < north, metres"
-        )
+        raise Fault("area_m", f"is {list(borders)}; expected west < east and south < north, metres")
     inside = (
         west <= grid.east_m,
         grid.west_m <= east,
@@ -316,83 +405,42 @@ def _area(record: Record, grid: Grid) -> tuple[float, float, float, float] | Non
         grid.south_m <= north,
     )
     if not all(inside):
-        raise record.fault("area_m", f"is {list(borders)}, none of which is on the map")
+        raise Fault("area_m", f"is {list(borders)}, none of which is on the map")
     return west, south, east, north
 
 
-def _place(record: Record, grid: Grid) -> Place:
-    x, y = record.number("east_m"), record.number("north_m")
+def _place(line: PlaceLine, path: str, grid: Grid) -> Place:
+    x, y = line.east_m, line.north_m
     try:
         cell = grid.cell_at(x, y)
     except SloopError as error:
-        raise Fault(record.path.rstrip("."), f"is not on the map: {error}") from error
-    if "lonlat" in record:
-        near_x, near_y = grid.from_lonlat(*record.pair("lonlat"))
+        raise Fault(path, f"is not on the map: {error}") from error
+    if line.lonlat is not None:
+        near_x, near_y = grid.from_lonlat(*line.lonlat)
         # Written so that a coordinate which does not project (nan, inf) is a fault.
         if not max(abs(near_x - x), abs(near_y - y)) <= _LONLAT_SLACK_M:
-            raise record.fault(
-                "lonlat",
+            raise Fault(
+                f"{path}.lonlat",
                 f"is ({float(near_x):.1f}, {float(near_y):.1f}) m on this map; expected the place "
                 f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
             )
     counted = Grid(*grid.extent_m, cell_m=_COUNTED_CELL_M)
     row, col = counted.cell_at(x, y)
-    for name, expected in (("col_from_west", col), ("row_from_north", counted.row_from_north(row))):
-        if name in record and record.number(name) != expected:
-            raise record.fault(
-                name,
-                f"is {record.number(name):g}; expected {expected}, the 5 m cell at ({x:g}, {y:g})",
+    for name, found, expected in (
+        ("col_from_west", line.col_from_west, col),
+        ("row_from_north", line.row_from_north, counted.row_from_north(row)),
+    ):
+        if found is not None and found != expected:
+            raise Fault(
+                f"{path}.{name}",
+                f"is {found:g}; expected {expected}, the 5 m cell at ({x:g}, {y:g})",
             )
     return Place(x, y, cell)
 
 
-def _relations(
-    entries: Iterable[Record], targets: Mapping[str, Place], city: CityMap
-) -> tuple[SpatialRelation, ...]:
-    """Merge the entries of each group; a merged relation stands where its first entry stood."""
-    merged: dict[object, SpatialRelation] = {}
-    known = {*targets, *(() if targets else (target.id for target in DEFAULT_TARGETS))}
-    for index, entry in enumerate(entries):
-        figure, word = entry.text("figure"), entry.text("relation")
-        if targets and figure not in targets:
-            raise entry.fault("figure", f"is '{figure}'; expected one of {', '.join(targets)}")
-        ground, negated = _ground(entry, city, known), entry.flag("negated")
-        try:
-            relation = SpatialRelation(figure, word, (ground,), negated)
-        except SloopError as error:
-            raise entry.fault("relation", f"is '{word}': {error}") from error
-        group = entry.group()
-        key: object = ("group", group)
-        if group is None:
-            several = RELATIONS[word].grounds == "several"
-            key = (word, figure, negated) if several else ("alone", index)
-        first = merged.setdefault(key, relation)
-        if (first.figure, first.relation, first.negated) != (figure, word, negated):
-            raise entry.fault(
-                "group",
-                f"is {group!r}, which holds '{first.figure} {first.relation}'; expected the same "
-                "figure, relation and negation throughout a group",
-            )
-        if ground not in first.grounds:
-            merged[key] = SpatialRelation(figure, word, (*first.grounds, ground), negated)
-    return tuple(merged.values())
-
-
-def _ground(entry: Record, city: CityMap, targets: Container[str] = ()) -> str:
-    """Return the id of a ground: the map, who listens, a landmark, or another target."""
-    ground = entry.text("ground")
-    if ground in (WHOLE_MAP, HEARER) or (ground in targets and ground not in city):
-        return ground
+def _frame(line: FrameLine, path: str, city: CityMap) -> FrameAnnotation:
     try:
-        return city.landmark(ground).id
+        ground = line.ground if line.ground == WHOLE_MAP else city.landmark(line.ground).id
     except SloopError as error:
-        raise entry.fault("ground", f"is not on the map: {error}") from error
-
-
-def _frame(entry: Record, city: CityMap) -> FrameAnnotation:
-    return FrameAnnotation(
-        _ground(entry, city),
-        entry.text("relation"),
-        entry.number("front_deg"),
-        entry.optional_text("annotator"),
-    )
+        raise Fault(f"{path}.ground", f"is not on the map: {error}") from error
+    return FrameAnnotation(ground, line.relation, line.front_deg, line.annotator)

@@ -2,83 +2,24 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._calibration import Calibration, calibration
 from sloop_ppl.eval._corruption import merge_maps, misspell
+from sloop_ppl.eval._gold import GoldEntry
+from sloop_ppl.eval._parse_counts import ReadLine, count_lines
+from sloop_ppl.eval._parse_score import Miss, ParseScore
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.language import RELATIONS, Description, SpatialRelation, parse
+from sloop_ppl.language import HEARER, SPEAKER, WHOLE_MAP, parse
 from sloop_ppl.language.parsers import Parser
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.rng import child
 
 __all__ = ["Miss", "ParseScore", "score_parser"]
-
-Entry = tuple[str, str, str]
-
-
-@dataclass(frozen=True)
-class Miss:
-    """A description that was not read as its gold says.
-
-    Parameters
-    ----------
-    id, text
-        The description, as it was given to the parser.
-    missed, spurious
-        (figure, relation, ground) that only the gold, or only the parser, has.
-    """
-
-    id: str
-    text: str
-    missed: tuple[Entry, ...]
-    spurious: tuple[Entry, ...]
-
-
-@dataclass(frozen=True)
-class ParseScore:
-    """How well a parser read a set of descriptions.
-
-    Parameters
-    ----------
-    n
-        Number of descriptions.
-    tuple_f1, class_f1, pair_f1
-        Micro F1 in [0, 1] of (figure, relation, ground), of the same with the relation's class, and
-        of (figure, ground).
-    precision, recall
-        Precision and recall of the tuples, in [0, 1].
-    per_relation
-        Relation -> ``n`` (in the gold), ``precision``, ``recall``, ``f1``.
-    misses
-        The descriptions that were read otherwise, in order.
-    """
-
-    n: int
-    tuple_f1: float
-    class_f1: float
-    pair_f1: float
-    precision: float
-    recall: float
-    per_relation: dict[str, dict[str, float]] = field(default_factory=dict)
-    misses: tuple[Miss, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the value that ``sloop eval parse --json`` prints."""
-        return {
-            "n": self.n,
-            "tuple_f1": self.tuple_f1,
-            "class_f1": self.class_f1,
-            "pair_f1": self.pair_f1,
-            "precision": self.precision,
-            "recall": self.recall,
-            "per_relation": self.per_relation,
-        }
 
 
 def score_parser(
@@ -88,6 +29,7 @@ def score_parser(
     *,
     merged: Iterable[CityMap] | None = None,
     misspelt: float = 0.0,
+    confidence: bool = False,
     rng: np.random.Generator | None = None,
 ) -> ParseScore:
     """Read every description with a parser and compare with its gold relations.
@@ -105,21 +47,25 @@ def score_parser(
         each description's own map is among them. None reads it on its own map.
     misspelt
         Share of the words of five letters or more that get one wrong letter, in [0, 1].
+    confidence
+        Whether the parser's confidence is to be judged.
     rng
-        Draws the slips; needed when `misspelt` is not 0. Each description has a stream of its own,
-        so that it is spelt the same whichever others there are.
+        Draws the slips and, for `confidence`, the bootstrap; needed by these. Each description has
+        a stream of its own, so that it is spelt the same whichever others there are.
 
     Returns
     -------
     ParseScore
         Entries are counted as sets per description and figure: a relation with several grounds
-        is one entry per ground.
+        is one entry per ground. Where a gold entry accepts several grounds, what was read is
+        assigned so that as much as possible is right. An optional entry counts only to excuse what
+        was read; what is asked, retracted or past is no gold at all.
 
     Raises
     ------
     InputError
-        When there is no description, when `misspelt` is outside [0, 1], or when it is not 0 and no
-        `rng` is given.
+        When there is no description or none with gold, when `misspelt` is outside [0, 1], or when
+        no `rng` is given and it is needed.
     """
     if not descriptions:
         raise InputError("There is no description to score; expected at least one")
@@ -127,10 +73,17 @@ def score_parser(
         raise InputError(f"The share of misspelt words is {misspelt:g}; expected 0 to 1")
     if misspelt and rng is None:
         raise InputError("Misspelling draws at random and no rng was given; give one")
+    if confidence and rng is None:
+        raise InputError("Intervals are drawn at random and no rng was given; give one")
+    annotated_ones = [one for one in descriptions if one.has_gold]
+    if not annotated_ones:
+        raise InputError(
+            "No description says what is to be read in it; expected 'relations' in at least one"
+        )
     one_map = None if merged is None else merge_maps(merged)
     maps: dict[str, CityMap] = {}
-    pairs = []
-    for annotated in descriptions:
+    lines = []
+    for annotated in annotated_ones:
         text = annotated.text
         if rng is not None and misspelt:
             text = misspell(text, misspelt, rng=child(rng, "misspell", annotated.id))
@@ -147,64 +100,40 @@ def score_parser(
             annotated.viewpoint,
             hearer=annotated.hearer,
         )
-        gold = _entries(annotated.relations, "" if one_map is None else f"{annotated.map}/")
-        pairs.append((annotated.id, gold, read))
-    return _score(pairs)
-
-
-def _entries(relations: Iterable[SpatialRelation], prefix: str = "") -> set[Entry]:
-    return {(r.figure, r.relation, prefix + ground) for r in relations for ground in r.grounds}
-
-
-def _score(pairs: Sequence[tuple[str, set[Entry], Description]]) -> ParseScore:
-    """Count true and false entries over all descriptions."""
-    counts = {"tuple": Counter[str](), "class": Counter[str](), "pair": Counter[str]()}
-    by_relation: dict[str, Counter[str]] = {}
-    misses = []
-    for name, gold, read in pairs:
-        found = _entries(read.relations)
-        _count(counts["tuple"], gold, found)
-        _count(counts["class"], _classes(gold), _classes(found))
-        _count(counts["pair"], {(f, g) for f, _, g in gold}, {(f, g) for f, _, g in found})
-        for relation in {r for _, r, _ in gold | found}:
-            _count(
-                by_relation.setdefault(relation, Counter()),
-                {e for e in gold if e[1] == relation},
-                {e for e in found if e[1] == relation},
-            )
-        if found != gold:
-            missed, spurious = sorted(gold - found), sorted(found - gold)
-            misses.append(Miss(name, read.text, tuple(missed), tuple(spurious)))
-    tuples = _rates(counts["tuple"])
-    order = [r for r in RELATIONS if r in by_relation]
-    return ParseScore(
-        n=len(pairs),
-        tuple_f1=tuples["f1"],
-        class_f1=_rates(counts["class"])["f1"],
-        pair_f1=_rates(counts["pair"])["f1"],
-        precision=tuples["precision"],
-        recall=tuples["recall"],
-        per_relation={r: _rates(by_relation[r]) for r in order},
-        misses=tuple(misses),
+        gold = annotated.gold if one_map is None else _in_inventory(annotated)
+        lines.append(ReadLine(annotated, gold, read))
+    found = count_lines(lines)
+    return replace(
+        found,
+        not_scored=len(descriptions) - len(annotated_ones),
+        confidence=_judged(lines, child(rng, "confidence")) if confidence and rng else None,
     )
 
 
-def _classes(entries: set[Entry]) -> set[Entry]:
-    return {(f, RELATIONS[r].relation_class, g) for f, r, g in entries}
+def _in_inventory(annotated: AnnotatedDescription) -> tuple[GoldEntry, ...]:
+    """Return the gold with the ids that its grounds have among the landmarks of several maps."""
+    own = {WHOLE_MAP, HEARER, SPEAKER, *(target.id for target in annotated.objects)}
+
+    def moved(ground: str) -> str:
+        return ground if ground in own else f"{annotated.map}/{ground}"
+
+    return tuple(
+        replace(
+            entry,
+            ground=None if entry.ground is None else moved(entry.ground),
+            also=tuple(map(moved, entry.also)),
+        )
+        for entry in annotated.gold
+    )
 
 
-def _count(counter: Counter[str], gold: set[Any], found: set[Any]) -> None:
-    counter["true"] += len(gold & found)
-    counter["gold"] += len(gold)
-    counter["found"] += len(found)
-
-
-def _rates(counter: Counter[str]) -> dict[str, float]:
-    """Return precision, recall and F1; 1 where there was nothing to find and nothing found."""
-    true, gold, found = counter["true"], counter["gold"], counter["found"]
-    return {
-        "n": gold,
-        "precision": round(true / found, 6) if found else float(not gold),
-        "recall": round(true / gold, 6) if gold else float(not found),
-        "f1": round(2 * true / (gold + found), 6) if gold + found else 1.0,
-    }
+def _judged(lines: Sequence[ReadLine], rng: np.random.Generator) -> Calibration:
+    """Judge the confidence of every relation that was read, by class, grounds and polarity."""
+    stated, right, clusters = [], [], []
+    for line in lines:
+        wrong = {source for one in line.matched("polarity").wrong for source in one.sources}
+        for number, relation in enumerate(line.read.relations):
+            stated.append(relation.confidence)
+            right.append(number not in wrong)
+            clusters.append(line.annotated.id)
+    return calibration(stated, right, clusters, rng=rng)

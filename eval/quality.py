@@ -27,8 +27,10 @@ __all__ = [
     "ModelQuality",
     "PairedDifference",
     "beliefs_of",
+    "model_for",
     "read_annotated",
     "score_beliefs",
+    "to_score",
 ]
 
 Relations = Literal["gold", "parsed"]
@@ -145,7 +147,8 @@ def score_beliefs(
     Parameters
     ----------
     descriptions
-        The descriptions; a line that tells no place of a target is passed over.
+        The descriptions; a line that tells no place of a target is passed over, and so is one
+        without gold when `relations` is ``"gold"``.
     models
         Name -> model, or the model for each map by the map's name.
     find_map
@@ -165,13 +168,9 @@ def score_beliefs(
     Raises
     ------
     InputError
-        When no description tells a place, or no model is given.
+        When no description tells a place, or none has the gold, or no model is given.
     """
-    labelled = [annotated for annotated in descriptions if annotated.targets]
-    if not labelled:
-        raise InputError(
-            "No description says where its targets are; expected 'targets' with their places"
-        )
+    labelled = to_score(descriptions, relations, progress)
     if not models:
         raise InputError("There is no model to score; expected at least one")
     read = [
@@ -193,7 +192,7 @@ def score_beliefs(
             for (target, place), belief in zip(
                 annotated.targets.items(),
                 beliefs_of(
-                    annotated, utterance, city, _for_map(model, annotated.map), progress
+                    annotated, utterance, city, model_for(model, annotated.map), progress
                 ).values(),
                 strict=True,
             )
@@ -209,9 +208,39 @@ def score_beliefs(
     )
 
 
-def _for_map(
+def to_score(
+    descriptions: Sequence[AnnotatedDescription],
+    relations: Relations,
+    progress: Callable[[str], None] | None = None,
+) -> list[AnnotatedDescription]:
+    """Return the descriptions that can be scored: those that tell a place, and have the gold.
+
+    Raises
+    ------
+    InputError
+        When there is none.
+    """
+    labelled = [annotated for annotated in descriptions if annotated.targets]
+    if not labelled:
+        raise InputError(
+            "No description says where its targets are; expected 'targets' with their places"
+        )
+    if relations == "parsed":
+        return labelled
+    told = [annotated for annotated in labelled if annotated.has_gold]
+    if not told:
+        raise InputError(
+            "No description has gold 'relations'; score what the parser reads with --parsed"
+        )
+    if progress and len(told) < len(labelled):
+        progress(f"{len(labelled) - len(told)} lines without gold relations passed over")
+    return told
+
+
+def model_for(
     model: ObservationModel | Mapping[str, ObservationModel], name: str
 ) -> ObservationModel:
+    """Return the model for the map of a name."""
     return model if isinstance(model, ObservationModel) else model[name]
 
 

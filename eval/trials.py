@@ -216,16 +216,8 @@ def run_trial(
 
     Parameters
     ----------
-    key
-        The trial.
-    annotated
-        Its description.
-    city
-        Its map.
     belief
         Where the target is believed to be, shape (H, W), summing to one.
-    searching
-        How it is searched.
 
     Notes
     -----

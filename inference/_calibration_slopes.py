@@ -37,10 +37,10 @@ __all__ = [
     "wider",
 ]
 
-STEP = 1.1
-_GROUNDS = 6
-_REACH_M = 15.0
-_TOGETHER = 2000
+STEP = 1.1  # ratio of two values whose beliefs make a slope: 10 % of a width or concentration
+_GROUNDS = 6  # landmarks near one another that are spoken of; targets lie within the reach of one,
+_REACH_M = 15.0  # metres, where a width matters most
+_TOGETHER = 2000  # targets of one simulated description
 _FLOOR = 1e-300
 
 Table = NDArray[np.float64]
@@ -111,12 +111,8 @@ def near_slopes(
 
     Parameters
     ----------
-    city
-        The map.
     n
         Number of descriptions, > 0.
-    rng
-        Draws them.
     model
         What they are drawn from.
     fault

@@ -91,8 +91,6 @@ def description_tables(
 
     Parameters
     ----------
-    program
-        The program of the description.
     given
         As for `enumerated_sites`.
 

@@ -14,7 +14,7 @@ __all__ = ["draw_frame", "framed_sites"]
 
 def framed_sites(data: ProgramData) -> dict[str, FrameDistribution]:
     """Return the continuous sites of the program with ``frames="density"``, and their priors."""
-    found = {}
+    found: dict[str, FrameDistribution] = {}
     for target, j, phrase in data.framed_phrases():
         own = phrase.own_frames(f"{target}/frame_{j}")
         if any(not one.is_point for one in own.values()):  # the program refuses points beside it
@@ -41,6 +41,10 @@ def draw_frame(prior: FrameDistribution, n: int, rng: np.random.Generator) -> ND
 
 def _von_mises_quantile(level: NDArray[np.float64], kappa: float) -> NDArray[np.float64]:
     """Return angles less the mean below which a von Mises distribution has this much mass."""
+    # By hand, not scipy.stats.vonmises.ppf: that solves for each level by itself, 0.7 to 2 s for
+    # 1000 levels where this table takes 0.1 ms, and gives -inf at level 0. The table's mass is off
+    # by 4e-6 at most (kappa 0.01 to 1e4), far below the 1 / sqrt(n) of any number of draws here.
+    # A von Mises of large kappa is a Gaussian of deviation 1 / sqrt(kappa), so 12 hold all of it.
     reach = min(math.pi, 12 / math.sqrt(max(kappa, 1e-9)))
     angles = np.linspace(-reach, reach, 4097)
     density = np.exp(kappa * (np.cos(angles) - 1))

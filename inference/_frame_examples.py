@@ -30,7 +30,7 @@ __all__ = [
     "maps_of_folder",
 ]
 
-_SHIFT_M = 3.0
+_SHIFT_M = 3.0  # how far a picture's middle is drawn off: a footprint's centroid is no surer
 _CTX_REACH = 0.45  # how far from a tile's middle a landmark is put, in sides of the tile
 _WITHIN_M = 60.0  # from the wall to the street of its address
 
@@ -113,8 +113,6 @@ def address_labels(city: CityMap, buildings: Iterable[str] | None = None) -> lis
 
     Parameters
     ----------
-    city
-        The map.
     buildings
         Ids of those to look at; all buildings when None.
 
@@ -217,8 +215,6 @@ def frame_examples(
 
     Parameters
     ----------
-    city
-        The map.
     labels
         Buildings and their fronts.
     view

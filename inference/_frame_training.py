@@ -31,8 +31,8 @@ __all__ = [
     "with_limits",
 ]
 
-_CHECKED = 1 / 8
-_TURNS_CHECKED = 4
+_CHECKED = 1 / 8  # share of the buildings held back, to stop by
+_TURNS_CHECKED = 4  # each is checked in so many turns, drawn once, so that passes compare
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,6 @@ def train_frames(
     ----------
     examples
         Labelled buildings; one in eight is held back, which needs at least 16.
-    recipe
-        How to train.
     rng
         Draws initial weights, batches, turns and who is held back.
     progress
@@ -216,8 +214,6 @@ def train_on_maps(
         Epochs and patience instead of the recipe's.
     command
         The command that does just this, to be kept with the weights.
-    rng
-        Draws all that is drawn.
     progress
         Called with a line at a time on how it goes.
 

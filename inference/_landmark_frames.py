@@ -21,8 +21,6 @@ def frames_of(
 
     Parameters
     ----------
-    city
-        The map.
     frames
         A registered frame predictor, or the path of a weights file.
     landmarks

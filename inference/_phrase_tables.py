@@ -175,7 +175,7 @@ class PhraseTables:
                 f"phrases, so its latents {', '.join(own)} cannot be told by themselves; use a "
                 "model without shared frames"
             )
-        return self._table(Program(self._alone, "bins", bins), tuple(own), None)
+        return self._table(Program(self._alone, "bins", bins), tuple(own))
 
     @cached_property
     def _summed(self) -> SummedPhrase:
@@ -239,23 +239,16 @@ class PhraseTables:
 
     def log_prior(self, own: Sequence[str], bins: int = FRAME_BINS) -> LogTable:
         """Return the log joint prior of latents of the phrase's own."""
-        return self._table(Program(self._alone, "bins", bins), tuple(own), None, prior=True)
+        return self._table(Program(self._alone, "bins", bins), tuple(own), prior=True)
 
-    def _table(
-        self,
-        program: Program,
-        keep: Sequence[str],
-        given: dict[str, Tensor] | None,
-        *,
-        prior: bool = False,
-    ) -> LogTable:
-        sites = {"lapse": f"{_ALONE}/lapse_0", "frame": f"{_ALONE}/frame_0", "draw": DRAW}
+    def _table(self, program: Program, keep: Sequence[str], *, prior: bool = False) -> LogTable:
+        sites = {name: f"{_ALONE}/{name}_0" for name in ("lapse", "frame")}
         sites["cell"] = f"{_ALONE}/cell"
         wanted = tuple(sites.get(name, name) for name in (*keep, *self.shared, "cell"))
         left_out = {f"{_ALONE}/component", f"{_ALONE}/normaliser", sites["cell"], *self.shared}
-        left_out |= set(given or {}) | ({f"{_ALONE}/holds_0"} if prior else set())
+        left_out |= {f"{_ALONE}/holds_0"} if prior else set()
         with torch.no_grad():
-            tables = enumerated_sites(program, given, lambda name: name not in left_out)
+            tables = enumerated_sites(program, None, lambda name: name not in left_out)
             found = sum_product(list(tables.values()), wanted)
         names = {site: name for name, site in sites.items()}
         return LogTable(tuple(names.get(n, n) for n in found.latents), found.values)
@@ -359,10 +352,6 @@ def latents_of_phrases(
 
     Parameters
     ----------
-    data
-        What the description's program was run on.
-    target
-        Id of the target.
     first
         How many relations of it came before this description.
     name

@@ -154,14 +154,15 @@ def save_parts(
     read as it was.
     """
     target = check_output(path, (".nc",))
-    if not _is_registered(parts.method):
+    method = parts.method
+    if method.name not in ENGINES or type(ENGINES[method.name]) is not type(method):
         raise InputError(
-            f"Engine '{parts.method.name}' is not registered, so the file could not be read again; "
+            f"Engine '{method.name}' is not registered, so the file could not be read again; "
             "register it first: sloop_ppl.inference.ENGINES.add(name, engine)"
         )
     written = {
         "model_parts": json.dumps(parts_of(parts.model)),
-        "engine_options": json.dumps(_options(parts.method)),
+        "engine_options": json.dumps(_options(method)),
     }
     with written_whole(target) as temporary:
         dataset = to_dataset(parts, beliefs, log_evidence).assign_attrs(written)
@@ -259,10 +260,6 @@ def _options(engine: Any) -> dict[str, Any]:
     if not is_dataclass(engine):
         return {}
     return {option.name: getattr(engine, option.name) for option in fields(engine)}
-
-
-def _is_registered(engine: Engine) -> bool:
-    return engine.name in ENGINES and type(ENGINES[engine.name]) is type(engine)
 
 
 def _engine(name: str, options: Mapping[str, Any]) -> Engine:

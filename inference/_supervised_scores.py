@@ -31,7 +31,7 @@ from sloop_ppl.models import (
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.grounded_relation import word_options
-from sloop_ppl.models.program import log_words
+from sloop_ppl.models.program import log_words, with_lapse
 
 __all__ = [
     "BeliefScore",
@@ -227,7 +227,8 @@ class WordScore:
                 own[i] = z[i] + offset[ground.speaker]
             there = free.at(own) if deviations else model
             log_word = log_words(ground.options, there, ground.words, ground.denied)
-            literal = literal.index_add(0, ground.target, _with_lapses(log_word, model))
+            log_phrase = with_lapse(log_word, model, model.log_uninformative(1))
+            literal = literal.index_add(0, ground.target, log_phrase)
         uninformative = self._phrases * model.log_uninformative(1)
         each = [
             literal if part.combine == "product" else uninformative for part in model.components
@@ -237,11 +238,6 @@ class WordScore:
             shares = torch.tensor([part.weight for part in model.components], dtype=torch.float64)
             weights = log_normalise(shares.log())
         return torch.logsumexp(torch.stack(each) + weights[:, None], 0)
-
-
-def _with_lapses(log_word: Tensor, model: ObservationModel) -> Tensor:
-    lapse = torch.as_tensor(model.lapse, dtype=torch.float64)
-    return torch.logaddexp(log_word + torch.log1p(-lapse), lapse.log() + model.log_uninformative(1))
 
 
 def _phrases_by_ground(

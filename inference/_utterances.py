@@ -36,8 +36,6 @@ def utterances_about(
         The object, or its id.
     belief
         Where it is believed to be, shape (H, W).
-    city
-        The map.
     n
         How many, > 0.
     rng

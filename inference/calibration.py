@@ -39,10 +39,10 @@ __all__ = ["FAULTS", "Calibration", "Fault", "calibrate", "plot_calibration", "p
 
 Table = NDArray[np.float64]
 
-LEVEL = 0.01
+LEVEL = 0.01  # how often a right posterior may be taken for a wrong one
 _TARGET = "RedBike"
 _ANGLES = 72
-_BINS = 20
+_BINS = 20  # bars of the picture of ranks
 _NEAR = 4
 """Descriptions for the widths' slope for each whose latents are ranked: they cost a twentieth."""
 

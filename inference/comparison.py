@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.special import softmax
 
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.inference.engines import ENGINES, Engine, engine_of
@@ -247,10 +248,9 @@ def rank_models(
             )
     scores = np.array([float(posterior.log_evidence) for posterior in named.values()])
     best = scores.max()
-    share = np.exp(scores - best)
     ranked = [
         ModelScore(name, float(score), float((best - score) / math.log(2)), float(p))
-        for name, score, p in zip(named, scores, share / share.sum(), strict=True)
+        for name, score, p in zip(named, scores, softmax(scores), strict=True)
     ]
     return tuple(sorted(ranked, key=lambda score: -score.log_evidence))
 

@@ -34,6 +34,7 @@ Tables = tuple[NDArray[np.float64], ...]
 """Per target, log of component weight times likelihood, shape (V..., K, S); see `Engine`."""
 
 _MOST_NUMBERS = 4_000_000
+"""Of one chunk of draws, 32 MB in float64."""
 
 
 @dataclass(frozen=True)

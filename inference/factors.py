@@ -31,6 +31,7 @@ from sloop_ppl.models import (
     program_data,
     true_places,
 )
+from sloop_ppl.models.grounding import MOST_SETTINGS
 from sloop_ppl.models.program import pair_kernels
 
 __all__ = [
@@ -44,8 +45,6 @@ __all__ = [
 ]
 
 Table = NDArray[np.float64]
-
-_MOST_SETTINGS = 5184
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +124,6 @@ def joint_posterior(
         Target -> log prior over cells, shape (S,).
     log_sensed
         Target -> log likelihood of what was sensed, shape (S,).
-    factors
-        The descriptions.
 
     Raises
     ------
@@ -164,10 +161,10 @@ def joint_posterior(
         for kernel in factor.pairs
     ]
     tables += pair_groups(gated, {name: len(values) for name, values in supports.items()})
-    if settings > _MOST_SETTINGS:
+    if settings > MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "
-            f"{_MOST_SETTINGS} can be enumerated; use a model without shared frames"
+            f"{MOST_SETTINGS} can be enumerated; use a model without shared frames"
         )
     return JointPosterior(tuple(tables), supports, tuple(phrases))
 
@@ -219,8 +216,6 @@ def weigh(
     ----------
     descriptions
         What the speaker said, one text or more.
-    city, model, engine
-        The map, the observation model and the engine.
     log_prior
         Target -> log prior over cells, shape (S,): where draws are worth making.
     truth

@@ -46,11 +46,11 @@ Table = NDArray[np.float64]
 _BINS = 360
 _NODES_PER_BIN = 5
 _MOST_CELLS = 20_000
-"""On larger maps one angle stands for a bin."""
-_MOST_NUMBERS = 1_000_000
-_MOST_MODES, _LEAST_MODE = 3, 0.2
-_LEFT_OUT, _LEFT_OUT_LARGE = 1e-9, 1e-4
-_LAST = 4
+"""On larger maps one angle stands for a bin: five would take as many tables of all cells."""
+_MOST_NUMBERS = 1_000_000  # of one table at a time, 8 MB
+_MOST_MODES, _LEAST_MODE = 3, 0.2  # what `modes_of` says in words; a fourth quarter is what is left
+_LEFT_OUT, _LEFT_OUT_LARGE = 1e-9, 1e-4  # mass of the cells that `gain` takes to be told nothing
+_LAST = 4  # harmonics at the end of a series that show whether it has ended
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,6 @@ def find_framed(
 
     Parameters
     ----------
-    framed
-        What there is, from `framed_relations`.
     target, model
         Id of the target and name of the model, for messages.
     ground
@@ -217,7 +215,6 @@ class FramePosterior:
         uses = np.array([part.uses_frames for part in model.components])
         self.used = weights[..., uses, :].sum(-2).reshape(-1)  # (X,)
         self.unused = weights[..., ~uses, :].sum(-2).reshape(-1)
-        self.by_component = np.moveaxis(weights, -2, 0).reshape(len(uses), -1)  # (K, X)
         self.shape = (*weights.shape[:-2], weights.shape[-1])
         self.shared = None
         if self.tables.phrase.shared_axis is not None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["sample_parameters"]
 
-_LEAST_DRAWS = 20
+_LEAST_DRAWS = 20  # r-hat splits each chain in two, and a half of fewer tells nothing
 _SPREAD_SCALE = 0.5
 """Scale of the half-normal prior of the spread between speakers, in prior standard deviations."""
 

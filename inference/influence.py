@@ -52,10 +52,6 @@ def without_relation(
 
     Parameters
     ----------
-    descriptions
-        What was said.
-    target
-        Id of the target.
     index
         Position of the relation among all those of the target.
     """

@@ -5,6 +5,7 @@ Shape legend: S cells; K components.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference._log_tables import LogTable, product_of
@@ -26,6 +28,7 @@ LogFactor: TypeAlias = LogTable | PairGroup
 """A factor of the posterior: a table, or the weight of two cells that is not laid out."""
 
 _MOST_NUMBERS = 1 << 28
+"""Of one intermediate table, 2 GiB in float64."""
 
 
 def sum_product(factors: Sequence[LogFactor], keep: Sequence[str]) -> LogTable:
@@ -102,10 +105,7 @@ def _bucket_size(
     last = _last(bucket, own, name)
     for pair in own:
         met |= set(pair.gate_sizes) if pair is last else set(pair.latents)
-    size = 1
-    for latent in met:
-        size *= sizes[latent]
-    return size
+    return math.prod(sizes[latent] for latent in met)
 
 
 class LocalLatents(Protocol):
@@ -227,11 +227,9 @@ class JointPosterior:
         log_p = self.log_weights(*latents, *known)
         position: tuple[Any, ...] = tuple(self._position(n, v) for n, v in known.items())
         log_p = log_p[(..., *position)]
-        top = log_p.max()
-        if not np.isfinite(top):
+        if not np.isfinite(log_p.max()):
             raise InputError(f"What is given is impossible: {known}")
-        weights = np.exp(log_p - top)
-        normalised: NDArray[np.float64] = weights / weights.sum()
+        normalised: NDArray[np.float64] = softmax(log_p)
         return normalised
 
     def table(self, *latents: str, given: Mapping[str, Any] | None = None) -> xarray.DataArray:

@@ -49,12 +49,8 @@ def lapses_of(
 
     Parameters
     ----------
-    joint
-        The joint posterior.
     factors
         The descriptions; a model without lapses gives 0 throughout.
-    target
-        Id of the target.
 
     Notes
     -----

@@ -27,9 +27,9 @@ from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["Example", "Fitted", "curvature", "fit", "log_scores", "maximise"]
 
-_ROUND = 5
-_PATIENCE = 3
-_95_PERCENT = 1.959964
+_ROUND = 5  # steps of L-BFGS between two looks at the held-out score
+_PATIENCE = 3  # rounds without a gain before the fit ends
+_95_PERCENT = 1.959964  # quantile .975 of the standard normal
 _CLOSE = 1e-4
 """Gain of a round, in nats of all examples together, below which the fit ends."""
 
@@ -185,8 +185,6 @@ def maximise(
 
     Parameters
     ----------
-    free
-        What is learnt.
     score, checks
         What it is learnt from, and what tells when to stop.
     iterations
@@ -342,6 +340,8 @@ def curvature(free: FreeParameters, score: SupervisedScore, z: Tensor) -> Tensor
     None where the score plus log prior does not curve down in every direction, as it does not
     away from its maximum. The gradient is differentiated by central differences.
     """
+    # Central differences err by step^2 / 6 = 2e-9 of the third derivative, and by the error of the
+    # gradients over the step, 1e-9 / 1e-4 = 1e-5: small beside the prior's own curvature, one.
     step = 1e-4
     rows = []
     for i in range(len(z)):

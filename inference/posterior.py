@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
@@ -445,8 +446,7 @@ class Posterior:
                     log_p = log_p + PhraseTables(factor.data, term).log_phi_alone
                 for pair in factor.pairs_of(target, index):
                     log_p = log_p + self._seen_from_ground(pair)
-                table = np.exp(log_p - np.max(log_p))
-                tables.append((table / table.sum()).reshape(self.city.grid.shape))
+                tables.append(softmax(log_p).reshape(self.city.grid.shape))
         return tuple(tables)
 
     def _seen_from_ground(self, pair: PairKernel) -> Table:
@@ -797,8 +797,9 @@ class Posterior:
         """Return a declared latent and its name in the joint posterior."""
         for which, factor in enumerate(self.factors):
             for latent in (*factor.data.shared, *factor.data.own):
-                is_it = isinstance(latent, Latent) and site_name(latent.name, which) == name
-                if is_it and name in self.joint.latents:
+                if not isinstance(latent, Latent) or name not in self.joint.latents:
+                    continue
+                if site_name(latent.name, which) == name:
                     return latent, name
         raise UnknownName("latent of the model", name, self.latents)
 

@@ -23,7 +23,7 @@ __all__ = ["PhraseCheck", "check_phrase", "word_probabilities"]
 
 Table = NDArray[np.float64]
 
-_ANGLES = 72
+_ANGLES = 72  # exact to rounding for a smooth likelihood; see `sloop_ppl.models.program.log_words`
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,7 @@ def check_phrase(
         rank, tail = 1 + (own > p), 0.5 * p + (own if own < p else 0.0)
         return PhraseCheck(relation, index, p, rank, tail, words, word)
     p = own
+    # Words that mean the same differ by rounding alone.
     higher = [q for q in words.values() if q > own * (1 + 1e-12)]
     same = [q for q in words.values() if abs(q - own) <= own * 1e-12]
     tail = 1 - math.fsum(higher) - 0.5 * math.fsum(same)

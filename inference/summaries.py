@@ -82,6 +82,7 @@ def hpd_cells(belief: Belief, mass: float) -> NDArray[np.bool_]:
     """Return the smallest set of cells that holds at least `mass`, ties broken by cell order."""
     flat = belief.reshape(-1)
     order = np.argsort(-flat, kind="stable")
+    # Rounding of a running sum must not ask for one cell more: .9 of ten equal cells is nine.
     needed = int(np.searchsorted(np.cumsum(flat[order]), mass - 1e-12)) + 1
     inside = np.zeros(flat.size, dtype=bool)
     inside[order[:needed]] = True

@@ -127,8 +127,6 @@ def guarded(
 
     Parameters
     ----------
-    likelihood
-        The user's likelihood.
     name, path
         What to call it, and the file it stands in; its type's when None.
     spec

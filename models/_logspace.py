@@ -14,7 +14,8 @@ from sloop_ppl.maps import Grid
 __all__ = ["LEAST_LOG", "log1mexp", "log_blur", "log_normalise", "look_up"]
 
 LEAST_LOG = math.log(1e-300)
-"""Log of the least probability that stands for an impossible phrase."""
+"""Log of the least probability that stands for an impossible phrase: near the least normal float64,
+2e-308, since -inf less -inf is NaN."""
 
 
 def log1mexp(log_p: Tensor) -> Tensor:
@@ -42,8 +43,6 @@ def log_blur(log_p: Tensor, grid: Grid, sigma_m: float) -> Tensor:
     ----------
     log_p
         Log weights of the described cell, shape (..., S).
-    grid
-        The cells.
     sigma_m
         Standard deviation of the error in each direction, metres, > 0.
 

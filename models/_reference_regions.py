@@ -43,15 +43,16 @@ __all__ = [
 ]
 
 BESIDE_M = 5.0
-"""How far from a street's edge, or from a wall, one still is along it, metres."""
+"""How far from a street's edge, or from a wall, one still is along it, metres: a verge."""
 
 OPPOSITE_M = 15.0
-"""How deep the other side of a street is, metres."""
+"""How deep the other side of a street is, metres: a front garden and part of a house."""
 
 SIDE_SHARE = 0.4
-"""Share of the map's width or height that one of its sides takes."""
+"""Share of the map's width or height that one of its sides takes: over a third, so that sides and
+middle overlap where people differ."""
 
-_LEAST_WIDTH_M = 5.0
+_LEAST_WIDTH_M = 5.0  # a street drawn as a line without a width still is two lanes
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +111,6 @@ def reference_region_of(
         The canonical word and what it means of this ground.
     grounds
         Ids, distinct.
-    city
-        The map.
     joint
         True to give words with a region and several grounds their own meaning; the map as a
         ground always has its own.
@@ -248,8 +247,6 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
 
     Parameters
     ----------
-    city
-        The map.
     ground
         Id of what one is across from.
     street
@@ -290,13 +287,6 @@ def across_region(city: CityMap, ground: str, street: str | None = None) -> Base
 
 def map_region(grid: Grid, record: Relation) -> BaseGeometry:
     """Return the part of a map that a relation to the map itself means.
-
-    Parameters
-    ----------
-    grid
-        The map's cells.
-    record
-        What was said of the map.
 
     Returns
     -------
@@ -341,15 +331,7 @@ REFERENCE_CELL_M = 5.0
 
 
 def ground_distance_m(city: CityMap, ground: str) -> NDArray[np.float64]:
-    """Return the distance from each cell's centre to the nearest cell of a ground, shape (H, W).
-
-    Parameters
-    ----------
-    city
-        The map.
-    ground
-        Id of the landmark.
-    """
+    """Return the distance from each cell's centre to the nearest cell of a ground, shape (H, W)."""
     return distance_from(city.grid, lambda grid: _on(city, grid).fields(ground))
 
 
@@ -360,8 +342,6 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
     ----------
     shape
         Shapely geometry, metres; it takes the cells it touches.
-    grid
-        The cells.
     """
     west, south, east, north = shape.bounds
     centre = shape.centroid
@@ -403,8 +383,6 @@ def distance_from(grid: Grid, fields_on: Callable[[Grid], LandmarkFields]) -> ND
 
     Parameters
     ----------
-    grid
-        The cells.
     fields_on
         Returns the fields of the thing on a grid.
 

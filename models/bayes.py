@@ -31,7 +31,10 @@ UNFITTED_BAYES = ObservationModel(
 """`bayes` before its fit, with every number in the middle of its prior.
 
 Every phrase may lapse by itself, so the paper's components for contact and proximity are not
-needed; that the frame was meant otherwise by the whole description stays one."""
+needed; that the frame was meant otherwise by the whole description stays one. Set by hand, for
+the fit to move: one description in five and one phrase in ten go wrong, and n phrases count as
+n^(1 - temper), the root of n. `docs/models.md` has how far the fit moved each, and why these
+components were kept."""
 
 
 def _fitted() -> ObservationModel:

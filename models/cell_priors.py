@@ -46,7 +46,8 @@ FEATURES = (
 """What a cell is: the first of these kinds that touches it, ``open`` where none does."""
 
 STRENGTH = 10.0
-"""How many places the prior of the learning counts for."""
+"""How many places the prior of the learning counts for, spread over features as the cells are:
+enough that a feature without a place keeps some weight, few beside some tens of places."""
 
 _KIND = "sloop_ppl prior over cells"
 

@@ -27,13 +27,13 @@ from sloop_ppl.models.likelihoods import (
 
 __all__ = ["check_likelihood", "check_table"]
 
-_SIDE, _CELL_M = 24, 5.0
+_SIDE, _CELL_M = 24, 5.0  # a map of 120 m: small, and all words are true somewhere on it
 _BLOCK_M = 10.0
-_MOST_MOVED = 0.25
-_ANGLES = (0.3, 1.2, -2.0, 3.0, -0.9)
-_QUADRATURE = 2880
+_MOST_MOVED = 0.25  # a ground's own cells, and with them its edge, move by up to half a cell
+_ANGLES = (0.3, 1.2, -2.0, 3.0, -0.9)  # in no order, none a multiple of another or of 45 degrees
+_QUADRATURE = 2880  # twice the directions of `marginal_over`, so that one does not hide the other
 _SOME = np.array([0, 311, 100, 100, 575])  # in no order, one twice
-_JUMP = 0.02
+_JUMP = 0.02  # change of g in one step; a von Mises shape has .0013 sqrt(kappa) at most
 _FORMS = {"point": "a point", "line": "a line", "area": "an area"}
 _FRAMES = {
     "a point": FrameDistribution((FramePart(0.7, math.inf),)),

@@ -86,12 +86,6 @@ class GroundedRelation:
         Values of latents that the model declares, by name; see :class:`sloop_ppl.models.Latent`.
     description
         Position of the text it comes from among those of its speaker.
-    distance_bounds
-        The distance that was said, as bounds ("within 50 m", "at least 20 m") with their vagueness;
-        None when none was said. Equal ones are one number, `stated_distance_m`.
-    points
-        Ground that is a point and no landmark, such as the place of who listens -> its (x, y),
-        metres, which may be outside the map.
     choices
         What the description leaves open that its meaning depends on; see
         `sloop_ppl.models._choices`.
@@ -104,6 +98,12 @@ class GroundedRelation:
         Per ground, the places that are all denied ("not near a bank"); empty when there is one.
     is_silent
         True when it says nothing: it is not said, or of a place that is not on the map.
+    distance_bounds
+        The distance that was said, as bounds ("within 50 m", "at least 20 m") with their vagueness;
+        None when none was said. Equal ones are one number, `stated_distance_m`.
+    points
+        Ground that is a point and no landmark, such as the place of who listens -> its (x, y),
+        metres, which may be outside the map.
     """
 
     relation: str
@@ -118,13 +118,13 @@ class GroundedRelation:
     figure: str = ""
     latents: Mapping[str, Any] = field(default_factory=dict)
     description: int = 0
-    distance_bounds: Distance | None = None
-    points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     choices: tuple[Choice, ...] = ()
     said_when: Mapping[str, frozenset[int]] = field(default_factory=dict)
     slots: tuple[str | None, ...] = ()
     denied: tuple[tuple[str, ...], ...] = ()
     is_silent: bool = False
+    distance_bounds: Distance | None = None
+    points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def n_cells(self) -> int:
@@ -538,15 +538,28 @@ def ground_phrasing(
                 joint=joint,
                 figure=relation.figure,
                 each=relation.each,
-                distance_bounds=relation.distance,
                 choices=tuple(c for c in phrasing.choices if c.kind != "ground" or c.name in names),
                 said_when=dict(phrasing.said_when),
                 slots=tuple(names) if any(names) else (),
                 denied=tuple(p.denied for p in together) if any(denied) else (),
                 is_silent=phrasing.is_silent,
+                distance_bounds=relation.distance,
             )
         )
     return tuple(terms)
+
+
+def _certain(relation: SpatialRelation, index: int) -> Phrasing:
+    """Return a relation to its most probable grounds."""
+    return Phrasing(relation, index, {0}, is_silent=NOT_ON_MAP in relation.grounds)
+
+
+class _Place(NamedTuple):
+    """A ground of a phrase, the latent that says which it is, and all that are denied."""
+
+    ground: str
+    slot: str | None
+    denied: tuple[str, ...]
 
 
 def with_hearer(
@@ -574,26 +587,15 @@ def with_hearer(
             for term in terms
         )
     for term in terms:
-        if any(is_hearer(term.city, ground) for ground in term.grounds):
+        open_places = {g for c in term.choices if c.kind == "ground" for g in c.support}
+        grounds = open_places.union(term.grounds, *term.denied)
+        if any(is_hearer(term.city, ground) for ground in grounds):
             raise DescriptionError(
                 f"Relation '{term.relation}' of '{term.figure}' is to who listens, and the field "
                 "'hearer' of the description is not set; expected a place in metres: "
                 "hearer=(x_m, y_m) in Python, --hearer X,Y, or the field 'hearer' of a line"
             )
     return terms
-
-
-def _certain(relation: SpatialRelation, index: int) -> Phrasing:
-    """Return a relation to its most probable grounds."""
-    return Phrasing(relation, index, {0}, is_silent=NOT_ON_MAP in relation.grounds)
-
-
-class _Place(NamedTuple):
-    """A ground of a phrase, the latent that says which it is, and all that are denied."""
-
-    ground: str
-    slot: str | None
-    denied: tuple[str, ...]
 
 
 def word_options(term: GroundedRelation) -> tuple[tuple[GroundedRelation, ...], int]:

@@ -65,14 +65,16 @@ _RESERVED = (
 )
 """Names of the program's sites and of the axes of tables."""
 
-MOST_SETTINGS = 5184
-"""Joint values of shared latents that are enumerated."""
+MOST_SETTINGS = 72 * 72
+"""Joint values of shared latents that are enumerated: each has a table of components and cells, so
+that 5184 of a map of 41 x 41 cells and two components take 140 MB."""
 
 _MOST_NUMBERS = 1 << 23
 """Numbers in the table of a target, beyond which what a description leaves open is cut short."""
 
 _SHARED_BINS = {1: 72, 2: 36}
-"""Angle bins of each frame when so many are shared."""
+"""Angle bins of each frame when so many are shared: 36 each for two leave room for a latent of four
+values beside them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,7 @@ class SharedFrame:
     @property
     def log_prior(self) -> Tensor:
         """Log prior of its values, shape (B,)."""
-        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))
+        return torch.from_numpy(np.log(np.maximum(self.mass, 1e-300)))  # far off, mass underflows
 
 
 @dataclass(frozen=True, eq=False)
@@ -420,14 +422,14 @@ class ProgramData:
             )
         )
 
-    @property
-    def reading_axes(self) -> tuple[int, ...]:
-        """Which of the shared latents are readings."""
-        return tuple(
-            axis
+    @cached_property
+    def readings(self) -> dict[int, Latent]:
+        """Which of the shared latents are readings, by their axes."""
+        return {
+            axis: latent
             for axis, latent in enumerate(self.shared)
             if isinstance(latent, Latent) and latent.choice == "reading"
-        )
+        }
 
     @cached_property
     def log_weight_given(self) -> tuple[Tensor, ...]:
@@ -443,9 +445,7 @@ class ProgramData:
         )
 
     def _log_weight_given(self, relations: tuple[GroundedRelation, ...], fixed: Tensor) -> Tensor:
-        axes = [
-            axis for axis in self.reading_axes if any(map(self.shared[axis].is_about, relations))
-        ]
+        axes = [a for a, reading in self.readings.items() if any(map(reading.is_about, relations))]
         if not axes:
             return fixed
         sizes = [len(v.support) if a in axes else 1 for a, v in enumerate(self.shared)]
@@ -472,7 +472,7 @@ class ProgramData:
         given = self.log_weight_given[i]
         if given.dim() == 1:
             return given
-        joint = given + self.log_prior_of(self.reading_axes)
+        joint = given + self.log_prior_of(self.readings)
         return torch.logsumexp(joint.flatten(0, -2), 0)
 
     def framed_phrases(self) -> Iterator[tuple[str, int, Phrase]]:
@@ -968,15 +968,10 @@ def _shared_frames(
     shared = []
     for ground in several:
         about = [relation for relation in framed if relation.ground == ground]
-        prior = model.frame_prior_for(min(about, key=_by_class))
+        prior = model.frame_prior_for(min(about, key=lambda r: (r.record.absolute, r.relation)))
         if prior is not None:
             shared.append(SharedFrame(ground, *prior.bins(_SHARED_BINS[len(several)])))
     return tuple(shared)
-
-
-def _by_class(relation: GroundedRelation) -> tuple[bool, str]:
-    """Order frame phrases: front and behind, which mean the ground's own front, come first."""
-    return relation.record.absolute, relation.relation
 
 
 def _check_shared(shared: Sequence[SharedFrame | Latent], model: ObservationModel) -> None:

@@ -23,7 +23,7 @@ from sloop_ppl.models.program import word_weights
 
 __all__ = ["SPEAKER", "Latents", "Simulated", "simulate", "speaker_of", "why_not_generative"]
 
-_ANGLES = 360
+_ANGLES = 360  # as many as `sloop_ppl.models.program` sums a speaker's fronts over
 _TOGETHER = 128
 """Phrases weighed together: each front is tried with each cell, though but one is wanted."""
 
@@ -38,7 +38,10 @@ SPEAKER = ObservationModel(
     normalisation="speaker",
     lapse=0.1,
 )
-"""A speaker whose every choice has a probability: means what is said, or chooses carelessly."""
+"""A speaker whose every choice has a probability: means what is said, or chooses carelessly.
+
+Set by hand: careless of one target in seven and of one phrase in ten; left and right are the
+ground's, as every word is chosen by what the ground's front makes true."""
 
 
 def speaker_of(model: str | ObservationModel) -> ObservationModel:

@@ -24,9 +24,9 @@ FEATURES = (
 )  # fmt: skip
 """What is told of each choice, in order; all about 0 to 1."""
 
-_REACH_M = 80.0
-_MOST = 8
-_NEIGHBOURS_M = 50.0
+_REACH_M = 80.0  # streets this far from a wall are choices; the address's is within 60 m of it
+_MOST = 8  # choices of one building, the nearest
+_NEIGHBOURS_M = 50.0  # buildings this near tell which street a row of houses faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,6 @@ def facing_choices(city: CityMap, landmark_id: str) -> Choices:
 
     Parameters
     ----------
-    city
-        The map.
     landmark_id
         Id of what faces one of them.
 

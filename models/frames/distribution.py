@@ -173,7 +173,11 @@ def _number(share: Any) -> Any:
 
 
 def _tops(frame: FrameDistribution) -> list[float]:
-    """Return angles next to which the density may be the greatest."""
+    """Return angles next to which the density may be the greatest.
+
+    Steps of half a degree miss a peak of kappa 500 by kappa (.25 degrees)^2 / 2 = .5 %, so starts
+    within 2 % of the best are climbed; means of parts are met however narrow these are.
+    """
     angles = np.linspace(-math.pi, math.pi, 720, endpoint=False)
     height = frame.density(angles)
     peaks = angles[(height >= np.roll(height, 1)) & (height > np.roll(height, -1))]
@@ -183,7 +187,10 @@ def _tops(frame: FrameDistribution) -> list[float]:
 
 
 def _climbed(frame: FrameDistribution, start: float, reach: float) -> tuple[float, float]:
-    """Return the angle of greatest density within reach of a start, and that density."""
+    """Return the angle of greatest density within reach of a start, and that density.
+
+    Six rounds, each a tenth as wide as the one before: 1e-8 radians from a reach of half a degree.
+    """
     low, high = start - reach, start + reach
     for _ in range(6):
         angles = np.linspace(low, high, 21)

@@ -13,6 +13,8 @@ from sloop_ppl.models.frames import FrameDistribution
 
 __all__ = ["bessel_ratios", "expected_cosine"]
 
+# A_2m is about exp(-2 m^2 / kappa), e^-24.5 = 2e-11 at m = 3.5 sqrt(kappa): that many terms are
+# taken, at least 24 (kappa 47) and at most 1000 (kappa 8e4), and none below 1e-10.
 _TERMS, _MOST_TERMS = 24, 1000
 _LEAST_COEFFICIENT = 1e-10
 

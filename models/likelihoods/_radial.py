@@ -13,7 +13,8 @@ from sloop_ppl.models.grounded_relation import GroundedRelation
 __all__ = ["SAID_SHARE", "bound_width_m", "log_bounds", "log_student", "stated_width_m"]
 
 SAID_SHARE = 0.25
-"""Least width of the ring that a said distance means, as a share of that distance."""
+"""Least width of the ring that a said distance means, as a share of that distance: by hand. People
+round distances, so the error grows with them (Weber's law)."""
 
 
 def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
@@ -21,8 +22,6 @@ def stated_width_m(term: GroundedRelation, least_m: Any) -> Any:
 
     Parameters
     ----------
-    term
-        The relation.
     least_m
         Least width, metres; a float or a tensor.
     """

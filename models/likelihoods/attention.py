@@ -21,8 +21,8 @@ from sloop_ppl.models.likelihoods._radial import log_bounds, log_student, stated
 
 __all__ = ["AttentionVectorSumLikelihood", "attended_bearing_rad"]
 
-_POINTS, _ELEMENTS = 256, 1 << 19
-_LEAST_DISTANCE_M = REFERENCE_CELL_M / 2
+_POINTS, _ELEMENTS = 256, 1 << 19  # points of a ground; distances of one chunk, 4 MiB
+_LEAST_DISTANCE_M = REFERENCE_CELL_M / 2  # a cell on the ground: a beam of width 0 has no mean
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,6 @@ def attended_bearing_rad(term: GroundedRelation, attention: Any) -> tuple[Tensor
 
     Parameters
     ----------
-    term
-        The relation.
     attention
         Width of the beam as a share of the distance to the ground, > 0.
 

@@ -39,10 +39,10 @@ class BoxLikelihood:
 
     quadrature_error: ClassVar[float] = 2e-3  # it jumps with direction
 
-    contact_m: float = 7.5
+    contact_m: float = 7.5  # a cell of 5 m and half the next
     near_m: float = 30.0
     directed_m: float = 40.0
-    half_angle_rad: float = math.pi / 3
+    half_angle_rad: float = math.pi / 3  # compass words, 45 degrees apart, overlap
     floor: float = 1e-6
 
     def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
@@ -69,6 +69,7 @@ class BoxLikelihood:
             if math.isinf(part.kappa):
                 mass = (torch.cos(x) >= math.cos(h)).double()
             else:
+                # A_n is about exp(-n^2 / (2 kappa)): e^-32 at n = 8 sqrt(kappa), up to kappa 6e4.
                 count = min(24 + int(8 * math.sqrt(float(part.kappa))), 2000)
                 mass = torch.full_like(x, h / math.pi)
                 for n, a in enumerate(bessel_ratios(float(part.kappa), count)[1:], start=1):

@@ -19,11 +19,12 @@ from sloop_ppl.models.likelihoods._radial import log_bounds, log_student, stated
 
 __all__ = ["StudentVonMisesLikelihood", "log_expected_von_mises"]
 
-_TABULATED_FROM = 8192
-"""Cells above which the angular factor is tabulated."""
-
 _NODES = 4096
-"""Bearings that it is tabulated over."""
+"""Bearings that the angular factor is tabulated over. A cubic through four nodes h apart is off by
+3/128 h^4 = 1.3e-13 of the fourth derivative: 5e-12 in log g for kappa 3 and fronts up to 500."""
+
+_TABULATED_FROM = 2 * _NODES
+"""Cells above which it is tabulated: with fewer, the table costs as much as it saves."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,8 @@ class StudentVonMisesLikelihood:
     tail: float = 5.0
     kappa_compass: float = 3.0
     kappa_frame: float = 3.0
+    # What the middles mean: at four widths g is (1 + 4^2 / 5)^-3 = .013, where a Gaussian has 3e-4;
+    # kappa 3 halves g at arccos(1 - ln 2 / 3) = 40 degrees, near the 45 between compass words.
 
     def log_g(self, term: GroundedRelation, direction_rad: Tensor | None) -> Tensor:
         """Return log g, shape (B, S), or (S,) for a relation without direction."""
@@ -162,6 +165,7 @@ def _log_expected(bearing_rad: Tensor, frame: FrameDistribution, kappa: Any) -> 
     rows = []
     if spread is not None:
         mean, squares, twice, level = spread
+        # R is 0 only opposite a part with c = kappa, where the slope of a root would be infinite.
         length = torch.addcmul(squares, twice, torch.cos(bearing_rad - mean)).clamp_min(1e-16)
         length = length.sqrt()
         rows.append(_log_i0e(length) + length + level)

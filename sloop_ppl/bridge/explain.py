@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from sloop_ppl.bridge.formatting import unlocated_line
+from sloop_ppl.bridge._formatting import unlocated_line
 from sloop_ppl.bridge.relation_text import (
     facing,
     ground_label,
@@ -19,7 +19,7 @@ from sloop_ppl.bridge.relation_text import (
     relations_in_words,
 )
 from sloop_ppl.inference import hpd_places, mode_m, modes_of
-from sloop_ppl.maps.whereabouts import whereabouts
+from sloop_ppl.maps._whereabouts import whereabouts
 
 if TYPE_CHECKING:
     import xarray
@@ -28,10 +28,14 @@ if TYPE_CHECKING:
 
 __all__ = ["explain_lines"]
 
+# Within this of a place counts as at the place, and moves beyond it as moves: three cells of 5 m.
 _NEAR_M = 15.0
+# Factor by which the probability of a lapse must have grown to be worth a line.
 _SUSPECT = 1.5
+# A prior probability from which a front is taken as certain.
 _CERTAIN = 1 - 1e-9
 _MOST_PLACES = 3
+# Tail probability below which a word is called surprising.
 _SURPRISING = 0.1
 
 
@@ -114,9 +118,10 @@ def _frames(posterior: Posterior, target: str) -> Iterator[str]:
         frame = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = frame["angle"].values, frame["prior"].values
         modes = modes_of(frame.values, angles)
-        label = ground_label(framed.term.ground, posterior.city)
+        label = ground_label(posterior.city, framed.term.ground)
         directions = []
         for mean, _ in modes:
+            # cos(45 degrees) = sqrt(1 / 2): an eighth of a turn to either side.
             near = np.cos(angles - mean) >= math.sqrt(0.5) - 1e-9
             before, after = float(prior[near].sum()), float(frame.values[near].sum())
             sure = f"{percent(after)} within 45° of that (was {percent(before)})"
@@ -168,12 +173,13 @@ def _changes(
     for framed in posterior.framed(target):
         table = posterior.joint_frame(target, framed.relation, framed.term.ground)
         mean = _mean(table.sum(("y", "x")))
+        # The quarter turn about the direction opposite to the mean.
         opposite = table[np.cos(table["angle"].values - mean) <= -math.sqrt(0.5)].sum("angle")
         if float(opposite.sum()) < 1e-6:
             continue
         other = mode_m(opposite.values, city.grid)
         if math.dist(mode, other) > _NEAR_M:
-            label = ground_label(framed.term.ground, city)
+            label = ground_label(city, framed.term.ground)
             yield (
                 f"  if {label} faced {facing(mean + math.pi)}: most probably "
                 f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"

@@ -167,6 +167,7 @@ class LanguageObservationModel(PomdpObservationModel):
             posterior, _ = infer_description(
                 parsed, self._city, self._model, self._engine, rng=self._rng
             )
+            # p(d | cell) = p(cell | d) p(d) / p(cell), with a uniform p(cell) = 1 / (H W).
             scale = math.exp(posterior.log_evidence) * self._city.grid.size
             self._tables[parsed] = posterior.belief(self._target) * scale
         return self._tables[parsed]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.bridge.timed_utterances import follow_up
+from sloop_ppl.bridge._timed_utterances import follow_up
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from sloop_ppl.language import HEARER, NOT_ON_MAP, RELATIONS, WHOLE_MAP, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.maps.whereabouts import COMPASS_POINTS
+from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import GroundPosterior, Posterior
+    from sloop_ppl.language import Reading
 
 __all__ = [
     "distance_in_words",
@@ -22,8 +23,11 @@ __all__ = [
     "relations_in_words",
 ]
 
+# Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
+# Readings that are less probable, before and after, are not told of.
+_LEAST_READING = 0.01
 
 
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
@@ -45,15 +49,6 @@ def facing(angle_rad: float) -> str:
     'south'
     """
     return COMPASS_POINTS[round(angle_rad / (math.pi / 4)) % 8]
-
-
-def ground_label(ground: str | None, city: CityMap) -> str:
-    """Return what a ground is called, a place that is not on the map and the map itself too."""
-    if ground is None or ground == NOT_ON_MAP:
-        return "a place not on this map"
-    if ground in city:
-        return city.landmark(ground).label
-    return {WHOLE_MAP: "the map", HEARER: "the hearer"}.get(ground, ground)
 
 
 def meant_lines(posterior: Posterior, target: str) -> list[str]:
@@ -81,16 +76,33 @@ def meant_lines(posterior: Posterior, target: str) -> list[str]:
 def reading_lines(posterior: Posterior) -> list[str]:
     """Return a line for each description with several readings: which was probably meant."""
     lines = []
-    for which in range(len(posterior.descriptions)):
-        readings = posterior.readings(which)
+    for which, description in enumerate(posterior.descriptions):
+        readings = [
+            one for one in posterior.readings(which) if max(one.p, one.prior) >= _LEAST_READING
+        ]
         if len(readings) > 1:
-            shares = []
-            for reading, prior, p in sorted(readings, key=lambda one: -one.p):
-                phrases = [f"{r.figure} {_in_words(r, posterior.city)}" for r in reading.relations]
-                words = f"“{'; '.join(phrases)}”" if phrases else "nothing of it"
-                shares.append(f"{words} {p:.2f} (was {prior:.2f})")
+            several = len(description.targets) > 1
+            shares = [
+                f"{_reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
+                f"(was {one.prior:.2f})"
+                for one in sorted(readings, key=lambda one: -one.p)
+            ]
             lines.append(f"reading: {', '.join(shares)}")
     return lines
+
+
+def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
+    """Return what a reading says, the sides of an alternative with "or" between them."""
+    words = ""
+    before: tuple[int, int] | None = None
+    for relation in reading.relations:
+        either = relation.either
+        is_other = either is not None and before is not None and either[0] == before[0]
+        link = " or " if is_other and either != before else ", "
+        figure = f"{relation.figure} " if several else ""
+        words += f"{link if words else ''}{figure}{_in_words(relation, city)}"
+        before = either
+    return f"“{words}”" if words else "nothing of it"
 
 
 def _texts_of(posterior: Posterior, target: str) -> list[str]:
@@ -114,17 +126,26 @@ def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
 
 
 def _place(ground: str | None, city: CityMap) -> str:
-    return "not on this map" if ground is None else ground_label(ground, city)
+    return "not on this map" if ground is None else ground_label(city, ground)
 
 
 def _in_words(relation: SpatialRelation, city: CityMap) -> str:
-    labels = [ground_label(ground, city) for ground in relation.grounds]
+    labels = [ground_label(city, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{words} " if (words := distance_in_words(relation)) else ""
     return f"{denied}{far}{RELATIONS[relation.relation].phrase} {grounds}"
+
+
+def ground_label(city: CityMap, ground: str) -> str:
+    """Return what a ground is called: a landmark, the map, who listens, or another target."""
+    if ground in city:
+        return city.landmark(ground).label
+    return {WHOLE_MAP: "the map", HEARER: "the hearer", NOT_ON_MAP: "no place here"}.get(
+        ground, ground
+    )
 
 
 def distance_in_words(relation: SpatialRelation) -> str:
@@ -141,5 +162,6 @@ def distance_in_words(relation: SpatialRelation) -> str:
 
 def percent(p: float, places: int = 0) -> str:
     """Return a probability in percent; what is little but possible is not called 0%."""
+    # The smallest number that shows at so many places; below half of it the text would round to 0.
     least = 10.0 ** -(places + 2)
     return f"<{least:.{places}%}" if 0 < p <= least / 2 else f"{p:.{places}%}"

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sloop_ppl.bridge._timed_utterances import descriptions_of
+from sloop_ppl.bridge._tracking import BeliefTracker
 from sloop_ppl.bridge.posterior_episode import (
     OneLeg,
     PosteriorEpisode,
@@ -16,8 +18,6 @@ from sloop_ppl.bridge.posterior_episode import (
     after,
     joined,
 )
-from sloop_ppl.bridge.timed_utterances import descriptions_of
-from sloop_ppl.bridge.tracking import BeliefTracker
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import Description
@@ -123,6 +123,8 @@ def search(
     utterances = descriptions_of(posterior, said or {})
     informed = posterior
     for step, description in utterances.items():
+        # Imagined places must agree with all that will be said, else a later sentence would be
+        # untrue.
         informed = informed.update(description, rng=child(rng, "said", step))
     imagined: dict[str, tuple[float, float]] = {}
     if environment is None:
@@ -240,13 +242,7 @@ def search_legs(
 
 
 def check_map(posterior: Posterior, city: CityMap) -> None:
-    """Refuse a posterior that was made on another map.
-
-    Raises
-    ------
-    InputError
-        When it was.
-    """
+    """Refuse a posterior that was made on another map."""
     if posterior.city.digest != city.digest:
         raise InputError(
             f"The posterior was made on another map ('{posterior.city.name}', "
@@ -268,8 +264,6 @@ def imagined_places(
     ----------
     posterior
         What is believed. Where targets share a frame, they are drawn jointly.
-    known
-        The places that are known.
     rng
         Where they are drawn from, each from its own child stream.
     targets
@@ -281,6 +275,7 @@ def imagined_places(
         Target -> x and y of a cell's centre that lies inside the map, metres.
     """
     grid = posterior.city.grid
+    # Cells of the overhang have their centre off the map, where no target can be.
     inside = np.array([[grid.contains(x, y) for x in grid.x_m] for y in grid.y_m]).reshape(-1)
     drawn = {}
     for target in posterior.targets if targets is None else targets:
@@ -289,6 +284,7 @@ def imagined_places(
             cell = int(child(rng, "place", target).choice(grid.size, p=weights / weights.sum()))
             drawn[target] = grid.centre_of(*divmod(cell, grid.n_cols))
             if posterior.is_coupled:
+                # Given the place of one, the next is drawn from what the shared frame leaves.
                 at = np.full(grid.shape, -np.inf)
                 at.flat[cell] = 0.0
                 posterior = posterior.condition({target: at})

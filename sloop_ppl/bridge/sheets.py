@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["figure_of", "sheet_of"]
 
+# Components below half a per cent are not drawn: they would read 0 %.
 _NEGLIGIBLE = 0.005
+# Places that are less probably meant are not marked.
 _LEAST_SHARE = 0.02
+# Petals of a rose, five degrees each.
 _DIRECTIONS = 72
 
 
@@ -96,6 +99,7 @@ def _grounds(posterior: Posterior, target: str, words: tuple[str, ...]) -> dict[
 
 def _component_maps(posterior: Posterior, target: str) -> dict[str, np.ndarray]:
     """Return the belief given each component that has a share worth drawing."""
+    # The last description that speaks of the target: its components are those that count now.
     which = max(i for i, f in enumerate(posterior.factors) if target in f.log_factors)
     names = posterior.factors[which].components
     joint = posterior.joint.probabilities(site_name(f"{target}/component", which), f"{target}/cell")

@@ -14,22 +14,19 @@ from typer.exceptions import TyperException
 
 from sloop_ppl import __version__
 from sloop_ppl.cli import (
-    belief,
-    catalogue,
-    demo,
-    evaluation,
-    evaluation_frames,
-    fitting,
-    frames,
-    language,
-    maps,
-    search,
-    warmup,
+    _belief,
+    _evaluation,
+    _frames,
+    _language,
+    _maps,
+    _search,
+    _short_commands,
 )
 from sloop_ppl.errors import SloopError
 
 __all__ = ["app", "main"]
 
+# 128 + SIGINT, as shells report it.
 _STOPPED = 130
 
 app = typer.Typer(
@@ -57,17 +54,15 @@ def _options(
     pass
 
 
-app.command("parse")(language.parse)
-app.command("infer")(belief.infer)
-app.command("search")(search.search)
-app.add_typer(maps.app, name="map")
-app.add_typer(frames.app, name="frames")
-evaluation.app.command("frames")(evaluation_frames.frames)
-evaluation.app.command("fit")(fitting.fit)
-app.add_typer(evaluation.app, name="eval")
-app.command("list")(catalogue.list_names)
-app.command("demo")(demo.demo)
-app.command("warmup")(warmup.warmup)
+app.command("parse")(_language.parse)
+app.command("infer")(_belief.infer)
+app.command("search")(_search.search)
+app.add_typer(_maps.app, name="map")
+app.add_typer(_frames.app, name="frames")
+app.add_typer(_evaluation.app, name="eval")
+app.command("list")(_short_commands.list_names)
+app.command("demo")(_short_commands.demo)
+app.command("warmup")(_short_commands.warmup)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -98,7 +93,9 @@ def _seldom_collecting() -> Iterator[None]:
     through them again and again, and once more at the end, would take up to a second.
     """
     before = gc.get_threshold()
+    # Allocations between collections of the three generations; Python has 700, 10, 10.
     gc.set_threshold(50_000, 20, 100)
+    # Frozen objects are not walked at exit; unregistered first, for main may run more than once.
     atexit.unregister(gc.freeze)
     atexit.register(gc.freeze)
     try:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._assertion import Assertion, correction_at
 from sloop_ppl.language.attachment_record import AttachmentRecord, Attachments, converses
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureMention, inferred_target
@@ -12,10 +14,14 @@ from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.look_ahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 from sloop_ppl.language.relations import RELATIONS
+from sloop_ppl.language.values import SPEAKER
 
 __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
+_HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_PARTS = frozenset((",", ".", ";", "or", "and", "but"))
+_RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
 
 
@@ -27,6 +33,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     topic: Ground | None = None  # a landmark that no cue precedes
     grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
@@ -37,7 +44,7 @@ class _Clause:
     open: bool = False  # the last thing read was a figure that may still be joined by another
 
 
-def attach(reader: GroundReader, figures: Figures) -> Attachments:
+def attach(reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]) -> Attachments:
     """Return which relation phrases locate which objects; linear in the items.
 
     Parameters
@@ -46,8 +53,10 @@ def attach(reader: GroundReader, figures: Figures) -> Attachments:
         The items of the text; remembers the places spoken of.
     figures
         The objects spoken of; remembers them.
+    asserted
+        What each word is: asserted, denied, asked, or held before.
     """
-    walk = _Walk(reader, figures)
+    walk = _Walk(reader, figures, asserted)
     at = 0
     while at < len(reader.chunks):
         at = walk.step(at)
@@ -58,14 +67,24 @@ def attach(reader: GroundReader, figures: Figures) -> Attachments:
 class _Walk:
     """One pass over the items of a text."""
 
-    def __init__(self, reader: GroundReader, figures: Figures) -> None:
+    def __init__(
+        self, reader: GroundReader, figures: Figures, asserted: Sequence[Assertion]
+    ) -> None:
         self.reader = reader
         self.figures = figures
-        self.record = AttachmentRecord(reader, figures)
+        self.record = AttachmentRecord(reader, figures, asserted)
         self.clause = _Clause()
+        self.lows = [w.low for w in reader.words]
+        self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.named_at: dict[str, int] = {}  # object -> word after its last mention
+        self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
+        self.alternative = False  # "or" stands between the last relation and the next
 
     def step(self, at: int) -> int:
         """Read what begins at an item; return the item after it."""
+        corrected = self._correction(at)
+        if corrected > at:
+            return corrected
         kind = self.reader.kind(at)
         step = getattr(self, f"_on_{kind}", None)
         if step is not None:
@@ -78,13 +97,65 @@ class _Walk:
             return max(got[1], at + 1)
         return at + 1
 
+    def _correction(self, at: int) -> int:
+        """Read "no wait", "I mean", "correction": what follows replaces what was said last."""
+        if not self.record.attached or self.record.attached[-1].status == "retracted":
+            return at
+        first = self.reader.chunks[at].first
+        end = correction_at(self.lows, first)
+        if end == first:
+            return at
+        before = self.reader.words[first - 1] if first else None
+        parted = before is None or before.kind == "mark" or end - first > 1
+        if not parted or (
+            self.lows[first] in ("wait", "hold")
+            and self.lows[first + 1 : first + 2] in (["for"], ["by"])
+        ):
+            return at
+        self.correcting = 2
+        while at < len(self.reader.chunks) and self.reader.chunks[at].first < end:
+            if self.reader.kind(at) in ("cue", "dir", "landmark", "figure", "distance"):
+                break
+            at += 1
+        return at
+
+    def _give(
+        self, phrase: RelationPhrase, ids: tuple[str, ...], span: tuple[int, int], confidence: float
+    ) -> None:
+        """Attach a phrase, as a correction or an alternative of the last where it is one."""
+        before = len(self.record.attached)
+        if self.correcting and before:
+            self.record.retract(phrase)
+        self.correcting = 0
+        self.record.give(phrase, ids, span, confidence)
+        if len(self.record.attached) > before:
+            hedged = before > 0 and all(self._hedged(a.phrase) for a in self.record.attached[-2:])
+            if before and (self.alternative or (hedged and before >= self.record.sentence)):
+                self.record.alternate()
+            self.alternative = False
+
+    def _wait(self, phrase: RelationPhrase) -> None:
+        """Keep a phrase until its object is named."""
+        if self.alternative and self.clause.pending:
+            self.others.add(phrase.cue)
+        self.alternative = False
+        self.clause.pending.append(phrase)
+
+    def _hedged(self, phrase: RelationPhrase) -> bool:
+        """Whether "maybe", "could be" and the like stand before a phrase, in its part."""
+        first = phrase.cue[0]
+        while first > 0 and self.lows[first - 1] not in _PARTS and first > phrase.cue[0] - 8:
+            first -= 1
+        return any(w in _HEDGES for w in self.lows[first : phrase.cue[0] + 1])
+
     def end_sentence(self) -> None:
         """Settle what waits for a figure, and forget what holds within a sentence."""
         clause = self.clause
         if clause.pending and not clause.route:
             for phrase in clause.pending:
-                self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
+                self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         self.record.end_sentence()
+        self.correcting = max(0, self.correcting - 1)
         self.clause = _Clause(figures=clause.figures, span=clause.span)
 
     def _on_stop(self, at: int) -> int:
@@ -99,6 +170,7 @@ class _Walk:
         return at + 1
 
     def _on_or(self, at: int) -> int:
+        self.alternative = bool(self.record.attached or self.clause.pending)
         return at + 1
 
     def _on_sub(self, at: int) -> int:
@@ -153,7 +225,7 @@ class _Walk:
                 a for a in attached[-3:] if a.figures == attached[-1].figures != clause.figures
             ]
             for one in other:
-                self.record.give(one.phrase, clause.figures, clause.span, 0.8)
+                self._give(one.phrase, clause.figures, clause.span, 0.8)
             clause.open = False
         return at + 1
 
@@ -175,7 +247,7 @@ class _Walk:
         self._on_figure(figure)
         chunk = self.reader.chunks[at]
         phrase = RelationPhrase(("at",), (place,), (chunk.first, chunk.last), chunk.last)
-        self.record.give(phrase, self.clause.figures, self.clause.span, 0.7)
+        self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         return after
 
     def _on_route(self, at: int) -> int:
@@ -200,17 +272,82 @@ class _Walk:
         ground = self.clause.topic = self.reader.landmark(at)
         before = at - 2 if self.reader.kind(at - 1) == "det" else at - 1
         joined = self.reader.kind(before) == "and"
+        if self.correcting and self._replaces(ground, at):
+            return at + 1
+        if self._listed(ground, at):
+            return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
+        self.clause.seen = (ground,) if self._seen(at) else ()
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.grounds
             self.clause.open = False
             self.clause.negated = False
         return at + 1
+
+    def _listed(self, ground: Ground, at: int) -> bool:
+        """Read "White van: West 4th" and "come to Rumor": the place right after the object."""
+        clause = self.clause
+        before = at - 1
+        parted = False
+        while before > at - 6:
+            affirms = self.reader.value(before) in ("yes", "yeah", "yep", "definitely", "confirmed")
+            if self.reader.kind(before) == "comma":
+                parted = True
+            elif self.reader.kind(before) not in ("det", "skip") and not affirms:
+                break
+            before -= 1
+        parted = parted and self.reader.kind(before) == "figure"
+        reached = self.reader.kind(before) == "to" and self.reader.kind(before - 1) == "figure"
+        if not (clause.named and clause.open and (parted or reached)) or clause.route:
+            return False
+        onward = self.reader.past(at + 1, "place", "none", "skip")
+        if self.reader.kind(onward) in ("be", "neg", "which"):
+            return False
+        chunk = self.reader.chunks[at]
+        phrase = RelationPhrase(("at",), (ground,), (chunk.first, chunk.last), chunk.last)
+        self._give(phrase, clause.figures, clause.span, 0.7)
+        clause.open = False
+        return True
+
+    def _replaces(self, ground: Ground, at: int) -> bool:
+        """Read "no wait, the Dresden" and "or the Dresden": the last relation, of that place."""
+        onward = self.reader.past(at + 1, "place", "none", "skip", "plural")
+        if self.reader.kind(onward) in ("be", "cue", "dir") or not self.record.attached:
+            return False
+        last = self.record.attached[-1]
+        phrase = replace(last.phrase, grounds=(ground,), joint=False)
+        self._give(phrase, last.figures, last.span, 0.8)
+        return True
+
+    def _on_place(self, at: int) -> int:
+        """Read a kind of place that no cue precedes: "a school is west of it"."""
+        seen = self._seen(at)
+        got = self.reader.read(at)
+        if got is None or got[1] <= at:
+            return at + 1
+        ground, after = got
+        onward = self.reader.past(after, "skip", "none")
+        leads = seen or self.reader.kind(onward) in ("be", "neg")
+        if leads and not self.clause.pending:
+            self.clause.subject, self.clause.topic = (ground,), ground
+            self.clause.open = self.clause.negated = False
+        elif "be" in (self.reader.kind(at - 1), self.reader.kind(at - 2)) and self.clause.pending:
+            self._waits_for_place(ground)
+        return after
+
+    def _seen(self, at: int) -> bool:
+        """Whether "there is", "you'll see" or "it has" stands before a place."""
+        before = at - 1
+        while self.reader.kind(before) in ("det", "skip", "be", "possessive") and before > at - 4:
+            if self.reader.kind(before) == "be" and self.reader.value(before) in ("has", "have"):
+                return True
+            before -= 1
+        return self.reader.kind(before) == "see" or self.reader.value(before) == "there"
 
     def _instead(self, ground: Ground, before: int) -> bool:
         """Read "not the Dresden", "but the Dresden" after a relation: it holds of that place."""
@@ -219,35 +356,72 @@ class _Walk:
             return False
         denied = self.reader.kind(before) == "neg"
         phrase = replace(recent[-1].phrase, grounds=(ground,), joint=False, negated=denied)
-        self.record.give(phrase, self.clause.figures, self.clause.span, 0.8)
+        self._give(phrase, self.clause.figures, self.clause.span, 0.8)
         self.clause.negated = False
         return True
 
     def _waits_for_place(self, ground: Ground) -> bool:
         """Read "to the east of the red bike is Hoyt Block"."""
         waiting = self.clause.pending
-        if not waiting or any(p.grounds[0].kind != "figure" for p in waiting):
+        grounds = [self._spoken_of(p) for p in waiting]
+        if not waiting or any(g is None for g in grounds):
             return False
         self.clause.pending = []
-        for phrase in waiting:
-            self.record.converse(phrase, (ground,))
+        for phrase, about in zip(waiting, grounds, strict=True):
+            if about is not None:
+                self.record.converse(replace(phrase, grounds=(about,)), (ground,))
         return True
+
+    def _spoken_of(self, phrase: RelationPhrase) -> Ground | None:
+        """Return the object that a phrase about a place is told from: "west of it", "of me"."""
+        if not phrase.grounds:
+            ids = self.figures.last()
+            sided = all(RELATIONS[r].is_compass for r in phrase.relations)
+            return Ground("figure", *phrase.cue, ids) if ids and sided else None
+        about = phrase.grounds[0]
+        if about.kind == "figure":
+            return about
+        words = self.lows[about.first : about.last]
+        if about.kind == "robot":
+            mine = any(w in ("me", "us", "my", "our", "here") for w in words)
+            return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
+        if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
+            ids = self.figures.last()
+            return replace(about, kind="figure", ids=ids) if ids else None
+        return None
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
-        if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.open:
-            self._there()
+        if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.named:
+            self._there(at)
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
             return at + 1
         self._refer(self.figures.last(), at)
         return at + 1
 
-    def _there(self) -> None:
-        """Read "the red car is there": the last place that was said of another figure."""
+    def _there(self, at: int) -> None:
+        """Read "the red car is there" and "isn't there": the last place that was spoken of."""
+        clause = self.clause
+        before = self.reader.kind(at - 1)
+        if before not in ("be", "neg", "figure", "skip", "too", "only"):
+            return
         attached = self.record.attached
-        if attached and attached[-1].figures != self.clause.figures:
-            self.record.give(attached[-1].phrase, self.clause.figures, self.clause.span, 0.8)
-            self.clause.open = False
+        negated, clause.negated = clause.negated, False
+        if attached and attached[-1].figures != clause.figures and clause.open and not negated:
+            self._give(attached[-1].phrase, clause.figures, clause.span, 0.8)
+        elif negated or (clause.open and before in ("be", "figure", "skip")):
+            place = self.reader.last_ground()
+            if place is None:
+                return
+            chunk = self.reader.chunks[at]
+            cue = chunk.first, chunk.last
+            self._give(
+                RelationPhrase(("at",), (place,), cue, chunk.last, negated=negated),
+                clause.figures,
+                clause.span,
+                0.7,
+            )
+        clause.open = False
 
     def _on_plural(self, at: int) -> int:
         after = self.reader.past(at + 1, "det", "skip", "of", "same")
@@ -288,7 +462,11 @@ class _Walk:
             ids = (target.id,)
         if not ids:
             self.record.lose(Ground("unknown", chunk.first, chunk.last))
-        self._subject(ids, (chunk.first, chunk.last), joins=self.clause.open)
+        parted = self.reader.kind(before) in ("and", "comma", "or", "too")
+        joins = self.clause.open and (parted or self.reader.kind(before) == "figure")
+        if SPEAKER in (*ids, *self.clause.figures):  # "my guy, I'm at": not one of a list
+            joins = joins and self.reader.kind(before) == "and"
+        self._subject(ids, (chunk.first, chunk.last), joins=joins)
         self.clause.negated = denied in ("neither", "nor")
         return at + 1
 
@@ -296,40 +474,40 @@ class _Walk:
         """Pass over what the hearer does: "if you are facing the bank"."""
         onward = self.reader.past(at + 1, "be", "skip")
         cued = self.reader.kind(onward) == "cue" and self.reader.value(at) in _HEARERS
-        when = self.reader.value(at - 1) in _WHENS
+        ahead = {self.reader.value(k) for k in range(at + 1, at + 5)}
+        when = self.reader.value(at - 1) in _WHENS and not ahead & _RECALLS
+        waits = self.reader.value(at - 1) in ("wait", "meet", "expect", "for", "see")
+        cued = cued and not (waits and self.clause.named)
         self.clause.route = self.clause.route or cued or when
         return at
 
     _on_subject = _on_robot
 
     def _on_word(self, at: int) -> int:
-        """Read an object that no list of names holds: "my backpack is under the bridge"."""
-        word = self.reader.value(at)
-        if word in ("one", "ones"):
-            return at + 1
+        """Pass over a word; a verb ends a list of objects: "the man told me my bag is"."""
+        word = str(self.reader.value(at))
         if word in ("former", "latter"):
             ids = self.figures.all()
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
-            return at + 1
-        if not self.figures.open_ended:
-            return at + 1
+        elif word in lexicon().words_of("ordinary_verbs"):
+            self.clause.open = False
+        elif not self.figures.open_ended:
+            return self._on_unknown(at)
+        return at + 1
+
+    def _on_unknown(self, at: int) -> int:
+        """Read "there is a kiln to its east": something else is located, that no map holds."""
         end = at
-        while self.reader.kind(end) == "word":
+        while self.reader.kind(end) in ("word", "place", "skip"):
             end += 1
+        led = self.reader.kind(at - 1) in ("det", "possessive", "skip")
         onward = self.reader.past(end, "skip", "none")
-        led = self.reader.kind(at - 1) in ("det", "possessive")
-        goes_on = self.reader.kind(onward) == "be"
-        waits = bool(self.clause.pending) and self.reader.kind(onward) in ("end", "stop", "comma")
-        cue_follows = not self.clause.named and self.reader.kind(onward) == "cue"
-        if self.clause.route or not (led and (goes_on or waits or cue_follows)):
-            return end
-        if self.clause.named and not goes_on:
-            return end
-        span = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
-        words = [w.low for w in self.reader.words[slice(*span)]]
-        target = inferred_target(words, self.reader.kind(at - 1) == "possessive")
-        self.figures.infer(target)
-        self._subject((target.id,), span, joins=self.clause.open)
+        predicated = led and self.reader.kind(onward) == "be"
+        if not (predicated or (led and self._seen(at))) or self.clause.pending:
+            return at + 1
+        first, last = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
+        self.clause.subject = (Ground("unknown", first, last),)
+        self.clause.open = self.clause.negated = False
         return end
 
     def _subject(self, ids: tuple[str, ...], span: tuple[int, int], joins: bool) -> None:
@@ -341,8 +519,10 @@ class _Walk:
         waiting, clause.pending = clause.pending, []
         if not clause.route:
             for phrase in waiting:
-                self.record.give(phrase, ids, span, 0.9)
+                self.alternative = self.alternative or phrase.cue in self.others
+                self._give(phrase, ids, span, 0.9)
         self.figures.spoke_of(ids)
+        self.named_at |= dict.fromkeys(ids, span[1])
         clause.figures, clause.span = ids, span
         clause.named, clause.open, clause.route, clause.topic = True, True, False, None
         clause.subject, clause.negated, clause.aside = (), False, False
@@ -356,14 +536,21 @@ class _Walk:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
+        places = clause.subject or clause.seen
+        about = self._spoken_of(phrase) if places and not phrase.grounds else None
+        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+            self.record.converse(replace(phrase, grounds=(about,)), places)
+            return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
             if back is None:
                 return
             phrase = back
+        phrase = self._pointed(phrase)
         clause.open = False
         if clause.aside or clause.route:
             clause.aside_used = clause.aside
+            self.record.set_aside(phrase, "route" if clause.route else "other")
             return
         about = phrase.grounds[0]
         clause.grounds = ()
@@ -371,16 +558,36 @@ class _Walk:
             turned = converses(phrase.relations)
             phrase = replace(phrase, relations=turned, grounds=(clause.topic,))
         if clause.subject:
-            if about.kind == "figure":
-                self.record.converse(phrase, clause.subject)
+            spoken_of = self._spoken_of(phrase)
+            if spoken_of is not None:
+                self.record.converse(replace(phrase, grounds=(spoken_of,)), clause.subject)
+            else:
+                self.record.set_aside(phrase, "other")
             return
         waits = bool(clause.pending)
         if waits or (clause.named and leads_on(self.reader, at, after)):
-            clause.pending.append(phrase)
+            self._wait(phrase)
         elif clause.named:
-            self.record.give(phrase, clause.figures, clause.span, 1.0)
+            self._give(phrase, clause.figures, clause.span, 1.0)
         else:
-            clause.pending.append(phrase)
+            self._wait(phrase)
+
+    def _pointed(self, phrase: RelationPhrase) -> RelationPhrase:
+        """Read "there's a skip, we are behind that": the object named since the last place."""
+        about = phrase.grounds[0]
+        words = self.lows[about.first : about.last]
+        if about.kind != "landmark" or not words or words[-1] not in ("it", "that", "him", "her"):
+            return phrase
+        place = max((g.last for g in self.reader.grounds if g.last <= phrase.cue[0]), default=0)
+        since = [
+            i
+            for i, at in self.named_at.items()
+            if place < at <= phrase.cue[0] and i not in self.clause.figures
+        ]
+        if not since:
+            return phrase
+        ground = Ground("figure", about.first, about.last, (since[-1],), confidence=0.8)
+        return replace(phrase, grounds=(ground, *phrase.grounds[1:]))
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+from sloop_ppl.language._assertion import Assertion
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
+from sloop_ppl.language.values import HEARER, SPEAKER, Status
+
+_HEARERS = frozenset(("you", "your", "yourself", "you're"))
 
 __all__ = ["Attached", "AttachmentRecord", "Attachments", "converses"]
 
@@ -27,12 +31,18 @@ class Attached:
         What is said.
     confidence
         How sure the attachment is, in [0, 1].
+    status
+        Why it is not asserted; None for what is asserted or denied.
+    either
+        Group and branch, for one of several alternatives.
     """
 
     figures: tuple[str, ...]
     span: tuple[int, int]
     phrase: RelationPhrase
     confidence: float = 1.0
+    status: Status | None = None
+    either: tuple[int, int] | None = None
 
 
 @dataclass
@@ -45,10 +55,13 @@ class Attachments:
         Relation phrases with their objects.
     loose
         Half-open ranges of words that were understood but found no home, with candidates.
+    aside
+        Phrases that locate no target, with why.
     """
 
     attached: list[Attached] = field(default_factory=list)
     loose: list[Ground] = field(default_factory=list)
+    aside: list[tuple[RelationPhrase, Status]] = field(default_factory=list)
 
 
 @dataclass
@@ -63,14 +76,18 @@ class AttachmentRecord:
         The objects spoken of.
     reading
         What has been taken down.
+    assertions
+        What each word is: asserted, denied, asked, or held before.
     sentence
         Where this sentence's relations begin.
     """
 
     reader: GroundReader
     figures: Figures
+    assertions: Sequence[Assertion]
     reading: Attachments = field(default_factory=Attachments)
     sentence: int = 0
+    groups: int = 0
 
     @property
     def attached(self) -> list[Attached]:
@@ -89,6 +106,36 @@ class AttachmentRecord:
     def lose(self, ground: Ground) -> None:
         """Report something that found no home."""
         self.reading.loose.append(ground)
+
+    def set_aside(self, phrase: RelationPhrase, status: Status) -> None:
+        """Report a phrase that locates no target."""
+        self.reading.aside.append((phrase, status))
+
+    def retract(self, phrase: RelationPhrase) -> None:
+        """Take back the last relation, and those of its sentence that `phrase` replaces too."""
+        attached = self.attached
+        classes = {RELATIONS[r].relation_class for r in phrase.relations}
+        for k in range(len(attached) - 1, -1, -1):
+            same = {RELATIONS[r].relation_class for r in attached[k].phrase.relations} & classes
+            last = k == len(attached) - 1
+            if last or (
+                same and attached[k].figures == attached[-1].figures and k >= self.sentence
+            ):
+                attached[k] = replace(attached[k], status="retracted")
+
+    def alternate(self) -> None:
+        """Make the last two relations branches of one alternative."""
+        attached = self.attached
+        if len(attached) < 2 or any(a.phrase.negated or a.status for a in attached[-2:]):
+            return
+        before, after = attached[-2:]
+        if before.figures != after.figures:
+            return
+        group, branch = before.either or (self.groups, 0)
+        if before.either is None:
+            self.groups += 1
+        attached[-2] = replace(before, either=(group, branch))
+        attached[-1] = replace(after, either=(group, branch + 1))
 
     def converse(self, phrase: RelationPhrase, places: tuple[Ground, ...]) -> None:
         """Turn "the Dresden is west of the car" round."""
@@ -111,21 +158,44 @@ class AttachmentRecord:
         if not ids:
             self.reading.loose.append(Ground("cue", *phrase.cue))
             return
+        assertion = (
+            self.assertions[phrase.cue[0]] if phrase.cue[0] < len(self.assertions) else "asserted"
+        )
+        if assertion == "denied":
+            phrase = replace(phrase, negated=True)
+        status = assertion if assertion in ("asked", "past", "other") else None
         at_large = phrase.negated and not phrase.joint
         any_of = tuple(g for g in phrase.grounds if at_large and len(g.every) > 1)
+        grounds = tuple(self._target_ground(g, ids) for g in phrase.grounds)
+        phrase = replace(phrase, grounds=grounds)
         known = tuple(
-            g for g in phrase.grounds if g.kind in ("landmark", "map") and g.ids and g not in any_of
+            g
+            for g in phrase.grounds
+            if g.kind in ("landmark", "map", "figure") and g.ids and g not in any_of
         )
         self.reading.loose += [g for g in phrase.grounds if g not in (*known, *any_of)]
         if known:
             grounded = replace(phrase, grounds=known, joint=phrase.joint and len(known) > 1)
-            self.reading.attached.append(Attached(ids, span, grounded, confidence))
+            self.attached.append(Attached(ids, span, grounded, confidence, status))
         for ground in any_of:
             every = tuple(
                 replace(ground, kind="landmark", ids=(one,), confidence=0.8) for one in ground.every
             )
             grounded = replace(phrase, grounds=every, joint=False, each=True)
-            self.reading.attached.append(Attached(ids, span, grounded, confidence))
+            self.attached.append(Attached(ids, span, grounded, confidence, status))
+
+    def _target_ground(self, ground: Ground, ids: tuple[str, ...]) -> Ground:
+        """Return a ground that is another target with its id, one of none as unknown."""
+        if ground.kind == "robot":
+            words = {w.low for w in self.reader.words[ground.first : ground.last]}
+            if words & {"me", "us", "my", "our", "here"} and SPEAKER not in ids:
+                return replace(ground, kind="figure", ids=(SPEAKER,))
+            return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
+        if ground.kind != "figure":
+            return ground
+        found = tuple(i for i in self.figures.known(ground.ids) if i not in ids)
+        self.figures.referred_to(found)
+        return replace(ground, kind="figure" if found else "unknown", ids=found)
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""

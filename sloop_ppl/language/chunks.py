@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
 
+from sloop_ppl.language.constructions import clock_direction, rewrite
+from sloop_ppl.language.distances import read_distance, read_ordinal_distance
 from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Chunk, Cue
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.name_index import canonical
 from sloop_ppl.language.words import Word
 
-__all__ = ["Chunk", "Cue", "place_phrases", "read_chunks"]
+__all__ = ["Chunk", "Cue", "read_chunks"]
 
 _STOPS = frozenset(".;!?。؟")
 _COMMAS = frozenset(',:()[]—–-"“”|/')
@@ -23,6 +24,10 @@ _LEADS = frozenset(("the", "its", "their", "your", "my", "his", "her", "our", "i
 _FOLLOWS = frozenset(("of", "hand", "side", "from", "edge", "end", "corner", "left", "right"))
 _PARTICLES = frozenset(("up", "down", "over", "back", "close", "around", "out", "along"))
 _INSERTED = ("immediate", "very", "direct", "far", "exact")
+_REARS = frozenset(("rear", "back", "front"))
+_HEADLESS = {"next": "next", "close": "close", "front": "front"}
+_ANYWHERE = frozenset(("anywhere", "everywhere", "anyplace", "anything", "somewhere", "elsewhere"))
+_OTHER_THAN = (["other", "than"], ["apart", "from"], ["except", "for"])
 _LETTERS = {"n": "north", "s": "south", "e": "east", "w": "west"}
 _CLASS_ORDER = (
     "neg", "too", "be", "and",
@@ -36,57 +41,13 @@ _KIND_OF_CLASS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Cue:
-    """A surface form that needs a ground: its canonical relation, and whether it negates."""
-
-    relation: str
-    negated: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Chunk:
-    """A stretch of words with one role.
-
-    Parameters
-    ----------
-    kind
-        ``landmark``, ``figure``, ``cue``, ``dir``, ``distance``, ``place``, ``stop``, ...
-    first, last
-        Half-open range of words.
-    value
-        What it stands for.
-    """
-
-    kind: str
-    first: int
-    last: int
-    value: Any = None
-
-
-def place_phrases(norms: Sequence[str], taken: Sequence[bool]) -> list[Chunk]:
-    """Return the kinds of places that are said ("the parking garage"), longest first."""
-    places, firsts = lexicon().place_phrases, lexicon().longest_places
-    found: list[Chunk] = []
-    i = 0
-    while i < len(norms):
-        step = 1
-        for n in range(min(firsts.get(norms[i], 0), len(norms) - i), 0, -1):
-            words = tuple(norms[i : i + n])
-            if words in places and not any(taken[i : i + n]):
-                found.append(Chunk("place", i, i + n, places[words]))
-                step = n
-                break
-        i += step
-    return found
-
-
 def read_chunks(
     words: Sequence[Word],
     norms: Sequence[str],
     landmarks: Sequence[LandmarkMention],
     figures: Sequence[FigureMention],
     places: Sequence[Chunk],
+    streets: Collection[int] = (),
 ) -> list[Chunk]:
     """Return the items of a text in order; linear in the words.
 
@@ -98,18 +59,25 @@ def read_chunks(
         The same words, spelling mended.
     landmarks, figures, places
         What was recognised, not overlapping.
+    streets
+        Positions in the map of the landmarks that are streets.
     """
-    fixed = {m.first: Chunk("landmark", m.first, m.last, m) for m in landmarks}
+    named = {m.first: Chunk("landmark", m.first, m.last, m) for m in landmarks}
+    short = lexicon().short
+    norms = [n if i in named else short.get(n, n) for i, n in enumerate(norms)]
+    fixed = dict(named)
     fixed |= {m.first: Chunk("figure", m.first, m.last, m) for m in figures}
     fixed |= {p.first: p for p in places}
     chunks: list[Chunk] = []
     i = 0
     while i < len(words):
         chunk = fixed.get(i)
+        if chunk is None or chunk.kind != "landmark":
+            chunk = _measure(words, norms, i, named, chunk) or chunk
         if chunk is None:
             chunk = (
-                _distance(words, norms, i, fixed)
-                or _cue(norms, i, fixed)
+                _fixed_phrase(words, norms, i, fixed)
+                or _cue(words, norms, i, fixed)
                 or _small(words, norms, i)
             )
         elif words[i].breaks and chunk.kind == "figure":
@@ -117,21 +85,76 @@ def read_chunks(
         if chunk.kind != "none":
             chunks.append(chunk)
         i = chunk.last
-    return _compounds(chunks)
+    return rewrite(_compounds(chunks), words, streets)
 
 
-def _cue(norms: Sequence[str], i: int, fixed: dict[int, Chunk]) -> Chunk | None:
+def _measure(
+    words: Sequence[Word],
+    norms: Sequence[str],
+    i: int,
+    named: Mapping[int, Chunk],
+    known: Chunk | None,
+) -> Chunk | None:
+    """Return a said distance; of what is an object or a kind only "the second car from"."""
+    found = read_ordinal_distance(norms, i)
+    if found is None and known is None:
+        found = read_distance(words, norms, i, named)
+    if found is None or any(k in named for k in range(i, found[1])):
+        return None
+    return Chunk("distance", i, found[1], found[0])
+
+
+def _fixed_phrase(
+    words: Sequence[Word], norms: Sequence[str], i: int, fixed: Mapping[int, Chunk]
+) -> Chunk | None:
+    """Return "nine o'clock", "no longer", "anywhere but" and "cross street"."""
+    hour = clock_direction(norms, i)
+    if hour is not None:
+        return Chunk("clock", i, hour[1], hour[0])
+    following = norms[i + 1] if i + 1 < len(norms) else ""
+    if norms[i] == "no" and (following == "longer" or _no_more(norms, i)):
+        return Chunk("neg", i, i + 2, "not")
+    if norms[i] == "nowhere" and following in ("to", "in", "at", "on", "inside"):
+        return Chunk("neg", i, i + 1, "not")  # "nowhere to be seen near the bank"
+    if norms[i] in _ANYWHERE:
+        end = i + 2 if following in ("but", "except", "besides") else i + 3
+        excepts = end == i + 2 or norms[i + 1 : i + 3] in _OTHER_THAN
+        if excepts:
+            onward = end
+            while onward < len(norms) and norms[onward] in ("the", "a", "my"):
+                onward += 1
+            if onward in fixed:
+                return Chunk("cue", i, end, Cue("at", True))
+            return Chunk("neg", i, end, "not")
+    if norms[i] in ("x", "cross"):
+        at = i + 2 if following == "-" and not words[i + 1].spaced else i + 1
+        if norms[at : at + 1] in (["street"], ["streets"], ["st"], ["sts"]):
+            return Chunk("junction", i, at + 1, "crossing")
+    return None
+
+
+def _no_more(norms: Sequence[str], i: int) -> bool:
+    """Whether "no more" means "not any more" here: "the bike is no more at the bank"."""
+    onward = norms[i + 2] if i + 2 < len(norms) else ""
+    return norms[i : i + 2] == ["no", "more"] and onward in lexicon().longest_cues
+
+
+def _cue(
+    words: Sequence[Word], norms: Sequence[str], i: int, fixed: dict[int, Chunk]
+) -> Chunk | None:
     """Return the longest cue at a word, intensifiers inside it allowed."""
     known = lexicon()
     longest = known.longest_cues
-    reach = longest.get(norms[i], 0)
+    reach = longest.get(known.alike.get(norms[i], norms[i]), 0)
     if not reach:
-        return None
-    best = _longest_cue(norms, i, fixed, reach, ())
-    loose = _longest_cue(norms, i, fixed, reach, _INSERTED)
+        return _headless(norms, i, fixed)
+    best = _longest_cue(words, norms, i, fixed, reach, ())
+    loose = _longest_cue(words, norms, i, fixed, reach, _INSERTED)
     if best is None or (loose is not None and loose.last > best.last):
         best = loose
-    if best is None or best.last - best.first > 1:
+    if best is None:
+        return _headless(norms, i, fixed)
+    if best.last - best.first > 1:
         return best
     word = norms[i]
     following = norms[best.last] if best.last < len(norms) else ""
@@ -144,66 +167,40 @@ def _cue(norms: Sequence[str], i: int, fixed: dict[int, Chunk]) -> Chunk | None:
     return best
 
 
+def _headless(norms: Sequence[str], i: int, fixed: Mapping[int, Chunk]) -> Chunk | None:
+    """Return a cue whose small word was left out before a name: "next Ivy", "front the bank"."""
+    relation = _HEADLESS.get(norms[i])
+    onward = i + 2 if norms[i + 1 : i + 2] == ["the"] else i + 1
+    if relation is None or onward not in fixed or fixed[onward].kind != "landmark":
+        return None
+    return Chunk("cue", i, i + 1, Cue(relation))
+
+
 def _longest_cue(
-    norms: Sequence[str], i: int, fixed: dict[int, Chunk], reach: int, inserted: tuple[str, ...]
+    words: Sequence[Word],
+    norms: Sequence[str],
+    i: int,
+    fixed: dict[int, Chunk],
+    reach: int,
+    inserted: tuple[str, ...],
 ) -> Chunk | None:
-    """Return the longest cue at a word, some words inside it passed over."""
-    cues = lexicon().cues
+    """Return the longest cue at a word, hyphens and some words inside it passed over."""
+    known = lexicon()
+    cues, alike = known.cue_words, known.alike
     best: Chunk | None = None
     matched: list[str] = []
     at = i
     while at < len(norms) and len(matched) < reach and at - i < reach + 2:
         if at in fixed and not (fixed[at].kind == "place" and at > i):
             break
-        if not (matched and norms[at] in inserted):
-            matched.append(norms[at])
+        hyphen = matched and norms[at] == "-" and not words[at].spaced
+        if not (hyphen or (matched and norms[at] in inserted)):
+            matched.append(alike.get(norms[at], norms[at]))
             cue = cues.get(tuple(matched))
             if cue is not None:
                 best = Chunk("cue", i, at + 1, Cue(*cue))
         at += 1
     return best
-
-
-def _distance(
-    words: Sequence[Word], norms: Sequence[str], i: int, fixed: dict[int, Chunk]
-) -> Chunk | None:
-    """Return a said distance ("about 50 feet", "half a block", "a couple of steps")."""
-    known = lexicon()
-    value = _number(words[i], norms[i])
-    if value is None:
-        return None
-    at = i + 1
-    if at < len(norms) and norms[at] == "hundred":
-        value, at = value * 100, at + 1
-    while (
-        at < len(norms) and norms[at] in ("a", "an", "of", "or", "more", "-", "so") and at - i < 4
-    ):
-        if norms[at] == "or" and at + 1 < len(norms):
-            again = _number(words[at + 1], norms[at + 1])
-            if again is not None:
-                value, at = (value + again) / 2, at + 1
-        at += 1
-    if (
-        at < len(norms)
-        and norms[at] in ("few", "couple", "dozen", "hundred")
-        and norms[i] in ("a", "an")
-    ):
-        value = known.numbers[norms[at]]
-        at += 1
-        if at < len(norms) and norms[at] == "of":
-            at += 1
-    if at < len(norms) and at not in fixed and norms[at] in known.units_m:
-        return Chunk("distance", i, at + 1, value * known.units_m[norms[at]])
-    return None
-
-
-def _number(word: Word, norm: str) -> float | None:
-    if word.kind == "number":
-        try:
-            return float(word.low.replace(",", "")) if len(word.low) < 12 else None
-        except ValueError:
-            return None
-    return lexicon().numbers.get(norm)
 
 
 def _small(words: Sequence[Word], norms: Sequence[str], i: int) -> Chunk:
@@ -222,6 +219,10 @@ def _small(words: Sequence[Word], norms: Sequence[str], i: int) -> Chunk:
     if norm in _LETTERS and after in ("of", "from"):
         return Chunk("dir", i, i + 1, (_LETTERS[norm],))
     classes = known.classes.get(norm)
+    if classes and after == "of" and before in ("the", "a", "its"):
+        for name in ("parts", "junctions"):  # "the head of", "the crossing of": nothing one does
+            if name in classes:
+                return Chunk(_KIND_OF_CLASS[name], i, i + 1, norm)
     if classes:
         for name in _CLASS_ORDER:
             if name in classes:
@@ -237,6 +238,8 @@ def _directs(norm: str, before: str, after: str) -> bool:
         return True
     if after in _FOLLOWS:
         return True
+    if norm in _REARS and before in (",", "(", "-", "–", ";") and not after.isalpha():
+        return True  # "Hoyt Block, rear"
     onward = after in lexicon().longest_cues and after not in ("on", "at")
     return before in _LEADS and not onward
 
@@ -248,6 +251,8 @@ def _mark(words: Sequence[Word], i: int) -> str:
         return "and"
     if mark.low == "." and i > 0 and i + 1 < len(words) and not mark.spaced:
         after = words[i + 1]
+        if words[i - 1].low in lexicon().short:
+            return "none"
         if (
             canonical(words[i - 1].low) != words[i - 1].low
             and words[i - 1].low in lexicon().abbreviations

@@ -72,12 +72,19 @@ class Figures:
         if ids:
             self._last = ids
 
+    def referred_to(self, ids: tuple[str, ...]) -> None:
+        """Remember that these objects were named, though not as the subject."""
+        for one in ids:
+            self.order.setdefault(one, 0)
+
     def infer(self, target: TargetObject) -> None:
         """Add an object that was not declared."""
         self.inferred.setdefault(target.id, target)
 
     def last(self) -> tuple[str, ...]:
-        """Return the object spoken of last."""
+        """Return the object spoken of last; the only one declared where none was."""
+        if not self._last and self.finder.declared is not None and len(self.finder.known) == 1:
+            return (self.finder.known[0].id,)
         return self._last[-1:]
 
     def all(self) -> tuple[str, ...]:

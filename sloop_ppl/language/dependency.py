@@ -16,7 +16,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import figure_finder
 from sloop_ppl.language.paths import PathRelation, relations_on_paths
-from sloop_ppl.language.pipeline import CONTEXT, STATE
+from sloop_ppl.language.pipeline import CONTEXT, keep_description
 from sloop_ppl.language.place_index import place_index
 from sloop_ppl.language.reading import TextReading, find_figures, find_landmarks, settle
 from sloop_ppl.language.targets import load_targets
@@ -118,9 +118,8 @@ class _Paths:
                 "config={'map': NAME_OR_PATH}"
             )
         state = _read_names(doc.text, given, objects)
-        doc.user_data[STATE] = state
         parsed = _parsed(self.nlp, state) if self.placeholders else _Parsed.of(doc, state)
-        state.description = _description(state, parsed, self.every_path)
+        keep_description(doc, _description(state, parsed, self.every_path))
         return doc
 
 

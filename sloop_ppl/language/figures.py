@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from sloop_ppl.language.lexicon import camel_words, lexicon
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import TargetObject
+from sloop_ppl.language.words import split_words
 
 __all__ = ["FigureFinder", "FigureMention", "figure_finder", "inferred_target"]
 
@@ -67,7 +68,7 @@ class FigureFinder:
         kinds = lexicon().object_kinds
         for target in self.known:
             words = camel_words(target.id)
-            names = [tuple(n.lower().split()) for n in target.names] or [tuple(words)]
+            names = [_spelt(n) for n in target.names] or [tuple(words)]
             names.append(tuple(words))
             colour = target.colour or next((w for w in words if w in lexicon().colours), None)
             self._names[target.id] = [n for n in names if n]
@@ -103,6 +104,11 @@ class FigureFinder:
             last = i
             while last < len(norms) and not taken[last] and self._belongs(norms[last], last - i):
                 last += 1
+                titled = norms[last - 1] in lexicon().words_of("titles")
+                if titled and norms[last : last + 1] == ["."]:  # "Mr. Paws"
+                    last += 1
+                elif norms[last : last + 1] == ["-"] and self._names_go_on(norms, last + 1):
+                    last += 1  # "U-Haul"
             mention = self._mention(norms, i, last)
             if mention is None:
                 i += 1
@@ -128,6 +134,8 @@ class FigureFinder:
     def _mention(self, norms: Sequence[str], first: int, last: int) -> FigureMention | None:
         kinds = lexicon().object_kinds
         words = [_bare(n) for n in norms[first:last]]
+        if "." in words or "-" in words:
+            return self._titled(words, first)
         other = words[0] in ("other", "second")
         heads = [
             i
@@ -148,15 +156,26 @@ class FigureFinder:
         if words[-1] in ("one", "ones"):
             return FigureMention(first, last, self._coloured(colour), plural, other, back=True)
         found = self._fitting(words, colour)
-        mine = first > 0 and norms[first - 1] == "my"
-        if found and not (mine and colour is None and self.declared is None):
+        lead = norms[first - 1] if first and norms[first - 1] == "my" else ""
+        if found and not (lead and colour is None and self.declared is None):
             back = len(found) > 1 and not plural
             return FigureMention(first, last, found, plural, other, back)
         if self.declared is not None:
             return FigureMention(first, last, ())
         return FigureMention(
-            first, last, (inferred_target(words, mine).id,), plural=plural, other=other
+            first, last, (inferred_target(words, lead).id,), plural=plural, other=other
         )
+
+    def _names_go_on(self, norms: Sequence[str], at: int) -> bool:
+        return at < len(norms) and _bare(norms[at]) in self.vocabulary
+
+    def _titled(self, words: list[str], first: int) -> FigureMention | None:
+        """Return the mention that "Mr. Paws" makes."""
+        named = [w for w in words if w not in (".", "-")]
+        found = tuple(
+            i for i, names in self._names.items() if any(_within(n, named) for n in names)
+        )
+        return FigureMention(first, first + len(words), found) if found else None
 
     def _coloured(self, colour: str | None) -> tuple[str, ...]:
         return tuple(t.id for t in self.known if colour is None or self._colours[t.id] == colour)
@@ -181,20 +200,34 @@ class FigureFinder:
         return tuple(i for i, score in best.items() if score == top)
 
 
-def inferred_target(words: Sequence[str], mine: bool = False) -> TargetObject:
-    """Return the object that a noun phrase names: CamelCase of colour and head noun.
+def inferred_target(words: Sequence[str], lead: str = "") -> TargetObject:
+    """Return the object that a noun phrase names: CamelCase of colour, modifiers and head noun.
+
+    Parameters
+    ----------
+    words
+        The phrase without its article; sizes and ages are left out.
+    lead
+        ``"my"`` where it stands for a colour that was not said.
 
     Examples
     --------
-    >>> inferred_target(["dog"], mine=True).id, inferred_target(["big", "blue", "van"]).id
-    ('MyDog', 'BlueVan')
+    >>> inferred_target(["dog"], "my").id, inferred_target(["big", "blue", "delivery", "van"]).id
+    ('MyDog', 'BlueDeliveryVan')
     """
     noun = words[-1]
     colour = next((w for w in words[:-1] if w in lexicon().colours), None)
-    lead = colour or ("my" if mine else "")
+    dropped = lexicon().words_of("size_adjectives") | lexicon().colours
+    modifiers = [w for w in words[:-1] if w not in dropped and w.isalnum()]
+    first = colour or lead
     kind = lexicon().object_kinds.get(noun, noun)
-    phrase = f"{lead} {noun}".strip()
-    return TargetObject(lead.capitalize() + noun.capitalize(), (phrase,), colour, kind)
+    parts = [p for p in (first, *modifiers, noun) if p]
+    phrase = " ".join(parts)
+    return TargetObject("".join(map(_camel, parts)), (phrase,), colour, kind)
+
+
+def _camel(word: str) -> str:
+    return word.upper() if word in ("suv", "atm", "rv") else word.capitalize()
 
 
 _FINDERS: dict[tuple[TargetObject, ...] | None, FigureFinder] = {}
@@ -208,6 +241,11 @@ def figure_finder(targets: Sequence[TargetObject] | None) -> FigureFinder:
             _FINDERS.clear()
         _FINDERS[key] = FigureFinder(key)
     return _FINDERS[key]
+
+
+def _spelt(name: str) -> tuple[str, ...]:
+    """Return a name as words without marks: "U-Haul" is u, haul."""
+    return tuple(w.low for w in split_words(name) if w.kind != "mark")
 
 
 def _bare(norm: str) -> str:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from sloop_ppl.language.chunks import Chunk
+from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
 from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Chunk
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.nearest import nearest_landmarks
-from sloop_ppl.language.place_index import PlaceIndex
-from sloop_ppl.language.relations import WHOLE_MAP
+from sloop_ppl.language.place_index import KindFit, PlaceIndex
+from sloop_ppl.language.referents import NONE_OF_KIND, candidates_of, of_a_kind
+from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
+from sloop_ppl.language.values import NOT_ON_MAP, Candidate
 from sloop_ppl.language.words import Word
 
-__all__ = ["Ground", "GroundReader"]
+__all__ = ["Ground", "GroundReader", "is_certain"]
 
 """Id of the ground of "the top left of the map"; used where the map holds it."""
 
@@ -22,8 +26,28 @@ _FARTHEST = 12
 _DEEPEST = 6
 _REMEMBERED = 30
 _VAGUE = ("building", "street", "parking lot", "square", "water")
+_ANYTHING = ("building", "street")
+"""Kinds of which a map is made: "on the road" says hardly more than nothing."""
+
 _AT_LARGE = {"a", "an", "any"}
 _INTO = ("of", "to", "houses", "from")
+_ONE = ("one", "ones")
+_ENDS_OF_NAMES = ("ern", "ernmost", "most", "erly")
+_MOST_OF_KIND = 60
+"""Places of a kind beyond which it tells nothing: one of hundreds of buildings is anywhere."""
+
+_MOST_CANDIDATES = 24
+_SETTLED = 4.0
+"""Factor for the one of several equals that the text settles on, by its map or its kind."""
+
+_BY_CHANCE = 0.1
+"""How well a place that is not on the map fits what is said of it, where those on it fit by 1."""
+
+_KNOWN_TO_BOTH = 0.3
+"""Share of the place that contains one not on the map: "the bench in the park" is at the park."""
+
+_OPEN_KINDS = frozenset(("parking lot", "alley", "street", "park", "square", "water", "service road",
+                         "playground", "service"))  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,22 +61,34 @@ class Ground:
     first, last
         Half-open range of words.
     ids
-        Id of the landmark, or ids of the figures; empty when unknown.
-    candidates
-        Ids of the landmarks that come nearest.
+        Id of the most probable landmark, or ids of the figures; empty when unknown.
+    nearest
+        Ids of the landmarks that come nearest, where it is unknown.
     confidence
         How sure the link is, in [0, 1].
     every
         Ids of all landmarks of the kind, where any of it is spoken of ("a bank").
+    candidates
+        What it may be, the most probable first; empty when that is certain.
+    mention
+        Number of the place: the word where it was first spoken of; -1 for no place. Grounds of one
+        number are the same place.
     """
 
     kind: str
     first: int
     last: int
     ids: tuple[str, ...] = ()
-    candidates: tuple[str, ...] = ()
+    nearest: tuple[str, ...] = ()
     confidence: float = 1.0
     every: tuple[str, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    mention: int = -1
+
+
+def is_certain(ground: Ground) -> bool:
+    """Whether a ground is one place for certain."""
+    return len(ground.candidates) < 2 and NOT_ON_MAP not in ground.ids
 
 
 @dataclass
@@ -76,6 +112,7 @@ class GroundReader:
     chosen: dict[int, int]
     grounds: list[Ground] = field(default_factory=list)
     depth: int = 0
+    _numbers: dict[frozenset[str | None], int] = field(default_factory=dict)
 
     def kind(self, at: int) -> str:
         """Return the kind of the item at a position, ``"end"`` past the last one."""
@@ -115,6 +152,14 @@ class GroundReader:
             definite = definite or self.chunks[at].value == "the" or pointing
             at += 1
         kind = self.kind(at)
+        if kind == "word" and self.value(at) in _ONE and self.kind(at + 1) == "of":
+            onward = self.past(at + 2, "plural", "same", "det", "skip")
+            if self.kind(onward) == "place":  # "one of those green areas"
+                return self._place(start, onward, True, False)
+        direction = self.selects(at)
+        if direction:
+            got = self.read(at + 1)
+            return None if got is None else (self._farthest(got[0], direction), got[1])
         if kind == "which" and self.kind(at + 1) in ("place", "figure"):
             pointing, at = True, at + 1
             kind = self.kind(at)
@@ -137,6 +182,8 @@ class GroundReader:
         if pointing and kind in ("end", "comma", "stop", "and"):
             back = self.last_ground()
             return (back, at) if back is not None else None
+        if kind == "word" and self.value(at) in lexicon().words_of("adverbs"):
+            return None  # "is inside already"
         if kind == "word":
             return self._unknown(at)
         if kind == "part":
@@ -156,9 +203,28 @@ class GroundReader:
             (self.places.id(position),),
             tuple(self.places.id(c) for c in (*mention.candidates, *mention.rivals)[:3]),
             round(min(1.0, 0.5 + 0.5 * sure), 3),
+            (),
+            self._candidates(mention, position),
         )
+        ground = replace(ground, mention=self._number(ground))
         self.grounds.append(ground)
         return ground
+
+    def _candidates(self, mention: LandmarkMention, chosen: int) -> tuple[Candidate, ...]:
+        """Return what a name may mean, the landmark that was settled on first."""
+        shares = dict(mention.shares) or {chosen: 1.0}
+        known = sum(shares.values())
+        if chosen != mention.candidates[0]:
+            shares[chosen] = _SETTLED * shares.get(chosen, known)
+        shares[chosen] = max(shares.values())
+        total = sum(shares.values())
+        order = sorted(shares, key=lambda i: (-shares[i], i != chosen))[:_MOST_CANDIDATES]
+        return candidates_of([(self.places.id(i), known * shares[i] / total) for i in order])
+
+    def _number(self, ground: Ground) -> int:
+        """Return the number of a place: that of an earlier mention of the same candidates."""
+        ids = frozenset(c.ground for c in ground.candidates)
+        return self._numbers.setdefault(ids, ground.first)
 
     def _landmark(self, at: int) -> tuple[Ground, int]:
         ground = self.landmark(at)
@@ -169,7 +235,8 @@ class GroundReader:
             and self.kind(after + 1) not in ("of", "figure")
         ):
             after += 1
-        return ground, after
+        led = self.kind(at - 1) == "det" and self.value(at - 1) == "the"
+        return self._narrowed(ground, after, restricts=led and len(ground.candidates) > 2)
 
     def _back(self, at: int) -> Ground:
         """Return the place that "it" or "there" points back to."""
@@ -177,7 +244,13 @@ class GroundReader:
         last = self.last_ground()
         if last is None:
             return Ground("unknown", chunk.first, chunk.last)
-        return Ground("landmark", chunk.first, chunk.last, last.ids, confidence=0.8)
+        return self._again(last, chunk.first, chunk.last)
+
+    def _again(self, ground: Ground, first: int, last: int, confidence: float = 0.8) -> Ground:
+        """Return a place that was spoken of before as it is called here."""
+        return replace(
+            ground, kind="landmark", first=first, last=last, confidence=confidence, every=()
+        )
 
     def last_ground(self) -> Ground | None:
         """Return the place spoken of last."""
@@ -196,21 +269,182 @@ class GroundReader:
         inner = self._inside(after)
         if inner is not None:
             return inner
+        fit = self.places.of_phrase(str(chunk.value))
         first, last = self.chunks[start if pointing else at].first, chunk.last
-        matching = self.places.of_kind(str(chunk.value))
-        if pointing or (definite and (chunk.value not in _VAGUE or self._sided(start))):
+        if pointing or (definite and (fit.name not in _VAGUE or self._sided(start))):
             for ground in reversed(self.grounds[-_REMEMBERED:]):
-                if ground.ids[0] in matching:
-                    return Ground("landmark", first, last, ground.ids, confidence=0.8), after
-        best = self.places.best_of_kind(str(chunk.value), self._norms(chunk))
-        every = matching if self._is_any(start, at, after) else ()
-        if len(best) == 1 and not pointing:
-            ground = Ground("landmark", first, last, best, confidence=0.8, every=every)
-            self.grounds.append(ground)
-            return ground, after
+                if ground.ids[0] in fit.ids:
+                    return self._again(ground, first, last), after
         if pointing and self.grounds:
-            return Ground("landmark", first, last, self.grounds[-1].ids, confidence=0.5), after
-        return Ground("unknown", first, last, (), (best or matching)[:3], every=every), after
+            return self._again(self.grounds[-1], first, last, 0.5), after
+        if pointing:
+            return Ground("unknown", first, last, (), fit.ids[:3]), after
+        every = fit.ids if self._is_any(start, at, after) else ()
+        return self._of_kind(fit, Ground("landmark", first, last, every=every), after, definite)
+
+    def _of_kind(
+        self, fit: KindFit, ground: Ground, after: int, definite: bool
+    ) -> tuple[Ground, int]:
+        """Return the landmarks of a kind, each with its share, and the item after it."""
+        if not fit.ids:
+            return self._lacking(ground, after)
+        clear = len(fit.ids) == 1 or (len(fit.best) == 1 and fit.name not in _ANYTHING)
+        relative = self.kind(after) == "which" or self.value(after) == "that's"
+        is_open = fit.name in _OPEN_KINDS or is_open_area(fit.ids[:3], self.places.city)
+        modified = self._modifier(after) is not None
+        vague = not clear and len(fit.ids) > 1 and fit.name in _ANYTHING
+        if (modified and not clear and (is_open or not (definite or relative))) or (
+            vague and not modified
+        ):
+            # "in the lot next to X": what is said of the lot is nearly as true of what is in it.
+            return replace(ground, kind="unknown", nearest=(fit.best or fit.ids)[:3]), after
+        weights = dict(fit.weights)
+        first = (*fit.best, *fit.ids)[0] if clear else ""
+        if clear:
+            weights[first] = max(1.0, *weights.values())
+        shares = sorted(of_a_kind(weights, _none_share(clear)), key=lambda s: s[0] != first)
+        if not modified and len(shares) > _MOST_OF_KIND:
+            shares = []
+        ground = replace(
+            ground,
+            ids=(shares[0][0],) if shares else (NOT_ON_MAP,),
+            confidence=0.8,
+            candidates=candidates_of(shares),
+            mention=ground.first,
+        )
+        ground, after = self._narrowed(ground, after, restricts=not clear)
+        if shares:
+            self.grounds.append(ground)
+        return ground, after
+
+    def _lacking(self, ground: Ground, after: int) -> tuple[Ground, int]:
+        """Return the ground for a kind that the map has none of; what holds it may be known."""
+        nowhere = replace(
+            ground,
+            ids=(NOT_ON_MAP,),
+            candidates=(Candidate(None, 1.0),),
+            mention=ground.first,
+        )
+        modifier = self._modifier(after)
+        if modifier is None or modifier[0] not in ("in", "inside", "within", "at", "on"):
+            return nowhere, after
+        _, inner, onward = modifier
+        inner = self._again(inner, ground.first, self.chunks[onward - 1].last, 0.5)
+        held = [(c.ground, c.probability * (1 - _KNOWN_TO_BOTH)) for c in self.slot(inner)]
+        shares = candidates_of([(i, p) for i, p in held if i is not None])
+        return replace(inner, candidates=shares, mention=ground.first), onward
+
+    @staticmethod
+    def slot(ground: Ground) -> tuple[Candidate, ...]:
+        """Return what a ground may be; the one place that it certainly is."""
+        return ground.candidates or (Candidate(ground.ids[0], 1.0),)
+
+    def selects(self, at: int) -> str:
+        """Return the direction of "northern" or "southernmost" before a place, else ""."""
+        if self.kind(at) not in ("dir", "word") or self.kind(at + 1) not in ("landmark", "place"):
+            return ""
+        low = self.norms[self.chunks[at].last - 1]
+        if not low.endswith(_ENDS_OF_NAMES) or self.chunks[at].last - self.chunks[at].first > 1:
+            return ""
+        if self.kind(at) == "dir":
+            return str(self.chunks[at].value[-1])
+        stem = low.removesuffix("most").removesuffix("ern")
+        return stem if stem in RELATIONS and stem != low else ""
+
+    def _farthest(self, ground: Ground, direction: str) -> Ground:
+        """Return a ground with the farthest of its candidates in a direction the most probable."""
+        weights = {c.ground: c.probability for c in self.slot(ground) if c.ground is not None}
+        if ground.kind != "landmark" or len(weights) < 2:
+            return ground
+        found = most_towards(direction, weights, self.places.city)
+        return self._weighted(ground, found, 1 - sum(weights.values()))
+
+    def _weighted(self, ground: Ground, weights: dict[str, float], none: float) -> Ground:
+        """Return a ground with other weights; `none` is the share of places not on the map."""
+        if not any(weights.values()):
+            return ground
+        shares = of_a_kind(weights, max(0.0, none))[:_MOST_CANDIDATES]
+        kept = sum(p for _, p in shares)
+        shares = tuple((i, p * (1 - none) / kept) for i, p in shares)
+        known = replace(ground, ids=(shares[0][0],), candidates=candidates_of(shares))
+        if self.grounds and self.grounds[-1] == ground:
+            self.grounds[-1] = known
+        return known
+
+    def _narrowed(self, ground: Ground, after: int, restricts: bool) -> tuple[Ground, int]:
+        """Return a ground narrowed by "next to X" or ", the one in the north", and the item after.
+
+        Parameters
+        ----------
+        ground
+            The ground.
+        after
+            The item after it.
+        restricts
+            Whether a relation that follows at once says which place is meant.
+        """
+        one = after
+        if self.kind(one) in ("comma", "stop"):
+            one += 1
+        one = self.past(one, "det", "skip")
+        direction = self.kind(one) == "dir"
+        named = self.value(one + direction) in _ONE or (
+            self.kind(one + direction) == "word"
+            and self.norms[self.chunks[one + direction].first] in _ONE
+        )
+        if named and self.kind(one - 1) == "det":
+            if direction:
+                return self._farthest(ground, str(self.chunks[one].value[-1])), one + 2
+            onward = self.past(one + 1, "skip")
+            inward = self.past(onward + 1, "det")
+            bare = self.kind(onward) == "cue" and self.kind(inward) == "dir"
+            if bare and self.kind(inward + 1) not in ("of", "from"):
+                return self._farthest(ground, str(self.chunks[inward].value[-1])), inward + 1
+            after, restricts = one + 1, True
+        if not restricts:
+            return ground, after
+        modifier = self._modifier(after)
+        if modifier is None:
+            return ground, after
+        relation, inner, onward = modifier
+        weights: dict[str, float] = {}
+        for place in self.slot(ground):
+            if place.ground is None:
+                continue
+            weights[place.ground] = place.probability * sum(
+                c.probability * fits_relation(relation, place.ground, c.ground, self.places.city)
+                for c in self.slot(inner)
+                if c.ground is not None and c.ground in self.places.city
+            )
+        none = sum(c.probability for c in self.slot(ground) if c.ground is None)
+        total = sum(weights.values()) + _BY_CHANCE * none
+        if total <= 0:
+            return ground, onward
+        return self._weighted(ground, weights, _BY_CHANCE * none / total), onward
+
+    def _modifier(self, at: int) -> tuple[str, Ground, int] | None:
+        """Return relation and place of "next to X", "that's inside X", and the item after it."""
+        relative = self.kind(at) == "which" or self.value(at) == "that's"
+        onward = self.past(at + 1, "be", "skip") if relative else self.past(at, "skip")
+        kind = self.kind(onward)
+        if kind == "cue":
+            cue = self.chunks[onward].value
+            if cue.negated or RELATIONS[cue.relation].grounds == "several":
+                return None
+            relation, inward = str(cue.relation), onward + 1
+        elif kind == "dir":
+            relation = str(self.chunks[onward].value[-1])
+            inward = self.past(onward + 1, "part") + 1
+            if self.kind(inward - 1) not in ("of", "from", "to"):
+                return None
+        else:
+            return None
+        n_grounds = len(self.grounds)
+        got = self.read(inward)
+        del self.grounds[n_grounds:]
+        if got is None or got[0].kind != "landmark" or got[0].ids[:1] == (NOT_ON_MAP,):
+            return None
+        return relation, got[0], got[1]
 
     def _is_any(self, start: int, at: int, after: int) -> bool:
         """Whether a kind of place is spoken of at large: "a bank", not "a bank on Elm Street"."""
@@ -257,3 +491,8 @@ class GroundReader:
 
     def _norms(self, chunk: Chunk) -> tuple[str, ...]:
         return tuple(w.low for w in self.words[chunk.first : chunk.last])
+
+
+def _none_share(clear: bool) -> float:
+    """Return the share of places not on the map: less where one of a kind is plainly meant."""
+    return NONE_OF_KIND / 2 if clear else NONE_OF_KIND

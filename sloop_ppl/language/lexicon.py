@@ -14,6 +14,11 @@ from sloop_ppl.language.words import split_words
 
 __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 
+_ROLES = (
+    "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
+    "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
+    "traces", "object_particles", "existential", "staying",
+)  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",
     "plural_pronouns", "robot", "map", "route", "route_ing", "see", "det", "possessive", "same",
@@ -57,6 +62,10 @@ class Lexicon:
     cues
         Word tuples -> (canonical relation, whether the form itself negates); of two relations with
         one form that which was added later has it.
+    alike
+        Word -> the word that stands for it in cues: "the road" for "the street".
+    short
+        Short form of a cue's word -> the word.
     abbreviations
         Short word -> full word.
     units_m
@@ -75,11 +84,17 @@ class Lexicon:
         Every word above, those that spelling is corrected to.
     plain
         Everyday words that are never corrected.
+    roles
+        Lists of words by what they do: ``locating_verbs``, ``kin``, ``times``, and the classes.
+    assertion
+        Forms that ask, deny, correct or tell of before, by what they do, as word tuples.
     """
 
     classes: Mapping[str, frozenset[str]]
     directions: Mapping[str, str]
     cues: Mapping[tuple[str, ...], tuple[str, bool]]
+    alike: Mapping[str, str]
+    short: Mapping[str, str]
     abbreviations: Mapping[str, str]
     ordinals: Mapping[str, str]
     units_m: Mapping[str, float]
@@ -95,11 +110,25 @@ class Lexicon:
     common: frozenset[str]
     closed: frozenset[str]
     plain: frozenset[str]
+    roles: Mapping[str, frozenset[str]]
+    assertion: Mapping[str, tuple[tuple[str, ...], ...]]
+
+    def words_of(self, role: str) -> frozenset[str]:
+        """Return the words of an open list, or of a closed class."""
+        return self.roles[role]
+
+    @cached_property
+    def cue_words(self) -> dict[tuple[str, ...], tuple[str, bool]]:
+        """The cues in the words that stand for those alike, hyphens left out."""
+        return {
+            tuple(self.alike.get(w, w) for w in form if w != "-"): cue
+            for form, cue in self.cues.items()
+        }
 
     @cached_property
     def longest_cues(self) -> dict[str, int]:
         """First word of a cue -> the words of the longest that begins with it."""
-        return _longest(self.cues)
+        return _longest(self.cue_words)
 
     @cached_property
     def place_phrases(self) -> dict[tuple[str, ...], str]:
@@ -190,6 +219,8 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         classes={w: frozenset(c) for w, c in classes.items()},
         directions=directions,
         cues=cues,
+        alike={w: one for one, others in words["cue_words"].items() for w in others},
+        short=words["cue_short"],
         abbreviations=words["abbreviations"],
         ordinals=words["ordinals"],
         units_m=words["units_m"],
@@ -204,5 +235,11 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         compass=frozenset(words["compass"]),
         common=frozenset(words["common"]),
         closed=frozenset(closed),
-        plain=frozenset(words["plain"]),
+        plain=frozenset(words["plain"]).union(*words["cue_words"].values(), words["cue_short"]),
+        roles={name: frozenset(words[name]) for name in (*_ROLES, *_CLASSES)}
+        | {name: frozenset(forms) for name, forms in words["assertion"].items()},
+        assertion={
+            name: tuple(tuple(form.split()) for form in forms)
+            for name, forms in words["assertion"].items()
+        },
     )

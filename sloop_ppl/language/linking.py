@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sloop_ppl.language.addresses import link_addresses
+from sloop_ppl.language.kinds import is_kind_noun
 from sloop_ppl.language.lexicon import lexicon
+from sloop_ppl.language.mentions import LandmarkMention
 from sloop_ppl.language.name_index import Hit, Name, NameIndex, canonical
+from sloop_ppl.language.ordinary import is_common, is_ordinary
+from sloop_ppl.language.referents import referents
+from sloop_ppl.language.word_roles import ALWAYS_CAPITAL, BARE, PERSONS, Roles, find_roles
 from sloop_ppl.language.words import Word
 
 __all__ = ["LandmarkMention", "link_landmarks"]
@@ -16,31 +22,9 @@ _ACCEPT = 0.5
 _ACCEPT_RARE = 0.2
 _ACCEPT_HEADED = 0.3
 _ALONE = 0.8
+_TIE = 0.02
+_SAME_WORDS = 0.03
 _SOFT_MARKS = frozenset("-.'’")
-
-
-@dataclass(frozen=True, slots=True)
-class LandmarkMention:
-    """Words that name a landmark.
-
-    Parameters
-    ----------
-    first, last
-        Half-open range of words.
-    candidates
-        Positions of landmarks in the map, best first; several when the words do not tell them
-        apart.
-    score
-        Share of the name's weight that was found, in (0, 1].
-    rivals
-        Positions of landmarks that fit the words less well.
-    """
-
-    first: int
-    last: int
-    candidates: tuple[int, ...]
-    score: float
-    rivals: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +36,7 @@ class _Fit:
     landmark: int
     matched: float
     coverage: float
+    kernel: tuple[int, ...] = ()  # the words that tell something
 
 
 def link_landmarks(words: Sequence[Word], index: NameIndex) -> list[LandmarkMention]:
@@ -66,20 +51,18 @@ def link_landmarks(words: Sequence[Word], index: NameIndex) -> list[LandmarkMent
     index
         Names of the map.
     """
-    spots = _spots(words, index)
-    cased = any(w.text[:1].isupper() for w in words[1:])
+    roles = find_roles(words)
     near: dict[int, list[tuple[int, int, Hit]]] = {}
-    for spot in spots:
+    for spot in _spots(words, index):
         near.setdefault(spot[2].name, []).append(spot)
     fits: dict[tuple[int, int, int], _Fit] = {}
     for n, found in near.items():
         name = index.names[n]
         if name.landmark in index.junction_names:
             continue
-        _align(words, name, found, fits)
-    if cased:
-        fits = {key: fit for key, fit in fits.items() if not _common_noun(words, fit)}
-    return _choose(sorted(fits.values(), key=_preference), len(words))
+        _align(words, name, found, fits, roles)
+    chosen = _choose(sorted(fits.values(), key=_preference), len(words))
+    return link_addresses(words, chosen, roles, index)
 
 
 def _spots(words: Sequence[Word], index: NameIndex) -> list[tuple[int, int, Hit]]:
@@ -92,7 +75,8 @@ def _spots(words: Sequence[Word], index: NameIndex) -> list[tuple[int, int, Hit]
             continue  # "south of Sokos" is a direction, no "S" of a name
         spots += [(i, i + 1, hit) for hit in index.hits(word.low)]
         j = i + 2 if i + 1 < len(words) and words[i + 1].low == "-" else i + 1
-        if j < len(words) and words[j].kind == "word" and word.kind != "mark":
+        small = {word.low, words[j].low} <= lexicon().closed if j < len(words) else True
+        if not small and words[j].kind == "word" and word.kind != "mark":
             joined = index.vocabulary.get(word.low + words[j].low)
             if joined:
                 spots += [(i, j + 1, hit) for hit in joined]
@@ -104,6 +88,7 @@ def _align(
     name: Name,
     spots: list[tuple[int, int, Hit]],
     fits: dict[tuple[int, int, int], _Fit],
+    roles: Roles,
 ) -> None:
     """Add the best alignments of one name, cutting its spots where the words are far apart."""
     cluster: list[tuple[int, int, Hit]] = []
@@ -113,11 +98,11 @@ def _align(
             or len(cluster) > 2 * len(name.tokens) + 2
             or not _bridged(words, cluster[-1][1], spot[0])
         ):
-            _align_cluster(words, name, cluster, fits)
+            _align_cluster(words, name, cluster, fits, roles)
             cluster = []
         cluster.append(spot)
     if cluster:
-        _align_cluster(words, name, cluster, fits)
+        _align_cluster(words, name, cluster, fits, roles)
 
 
 def _bridged(words: Sequence[Word], last: int, first: int) -> bool:
@@ -144,6 +129,7 @@ def _align_cluster(
     name: Name,
     cluster: list[tuple[int, int, Hit]],
     fits: dict[tuple[int, int, int], _Fit],
+    roles: Roles,
 ) -> None:
     """Align a name with neighbouring spots; may give several fits when the name is said twice."""
     best: list[tuple[float, int]] = []
@@ -168,7 +154,7 @@ def _align_cluster(
             continue
         used.update(path)
         chosen = [cluster[i] for i in reversed(path)]
-        fit = _judge(words, name, chosen, best[k][0])
+        fit = _judge(words, name, chosen, best[k][0], roles)
         if fit is not None:
             key = fit.first, fit.last, fit.landmark
             if key not in fits or fits[key].coverage < fit.coverage:
@@ -176,46 +162,179 @@ def _align_cluster(
 
 
 def _judge(
-    words: Sequence[Word], name: Name, chosen: list[tuple[int, int, Hit]], matched: float
+    words: Sequence[Word],
+    name: Name,
+    chosen: list[tuple[int, int, Hit]],
+    matched: float,
+    roles: Roles,
 ) -> _Fit | None:
-    """Return the fit when enough of the name was said, else None."""
+    """Return the fit when enough of the name was said, in a role that names have, else None."""
     first, last = chosen[0][0], chosen[-1][1]
     coverage = matched / name.total
-    informative = [
-        (hit, name.tokens[p])
-        for _, _, hit in chosen
-        for p in range(hit.first, hit.last)
-        if name.informative[p]
+    telling = [
+        spot
+        for spot in chosen
+        if any(
+            name.informative[p] and not name.tokens[p].isdigit()
+            for p in range(spot[2].first, spot[2].last)
+        )
     ]
-    known = lexicon()
-    if not informative:
-        whole = sum(h.last - h.first for _, _, h in chosen) == len(name.tokens)
-        if not (whole and (len(name.tokens) > 1 or not _is_kind_word(name.tokens[0]))):
-            return None
-    elif coverage < _ACCEPT:
-        headed = (
-            len(chosen) > 1
-            and chosen[-1][2].last == len(name.tokens)
-            and coverage >= _ACCEPT_HEADED
-            and any(hit.similarity == 1.0 for hit, _ in informative)
+    measured = any(roles.measure[i] for i in range(first, last))
+    if measured and (coverage < 1.0 or len(name.tokens) < 3):
+        return None  # "24 Hour Fitness" is no measure
+    whole = sum(h.last - h.first for _, _, h in chosen) == len(name.tokens)
+    if not telling:
+        kind = len(name.tokens) == 1 and (
+            _is_kind_word(name.tokens[0]) or words[first].low in lexicon().stop
         )
-        rare = headed or any(
-            hit.similarity >= (1.0 if len(t) < 5 else _ALONE)
-            and t not in known.common
-            and t not in known.closed
-            for hit, t in informative
-        )
-        if not rare or coverage < _ACCEPT_RARE:
+        if not whole or kind or (len(name.tokens) == 1 and not _stands(words, first, name, roles)):
             return None
-    elif len(chosen) == 1:
-        hit, token = informative[0]
-        if hit.similarity < _ALONE or (hit.similarity < 1.0 and len(token) < 5):
+    elif len(telling) > 1:
+        if not _told_by_several(words, name, telling, coverage, roles):
             return None
-        if len(name.tokens) > 1 and (token in known.common or token in known.closed):
-            return None
+    elif not _told_by_one(words, name, chosen, telling[0], coverage, roles):
+        return None
     if _compass_conflict(words, name, chosen):
         return None
-    return _Fit(first, last, name.landmark, matched, coverage)
+    kernel = tuple(i for spot in telling or chosen for i in range(spot[0], spot[1]))
+    matched -= sum(  # what everyone says tells nothing: "of Ateneum" is no "Facade of Ateneum"
+        name.weights[p]
+        for _, _, h in chosen
+        for p in range(h.first, h.last)
+        if name.tokens[p] in lexicon().stop and len(telling) == 1
+    )
+    return _Fit(first, last, name.landmark, matched, coverage, kernel)
+
+
+def _told_by_several(
+    words: Sequence[Word],
+    name: Name,
+    telling: list[tuple[int, int, Hit]],
+    coverage: float,
+    roles: Roles,
+) -> bool:
+    """Whether two or more words of a name tell enough of it."""
+    if coverage < 1.0 and all(words[spot[0]].low in lexicon().closed for spot in telling):
+        return False
+    exact = [spot for spot in telling if spot[2].similarity == 1.0]
+    rare = [spot for spot in exact if not is_common(words[spot[0]].low)]
+    if coverage < _ACCEPT:
+        headed = telling[-1][2].last == len(name.tokens) and coverage >= _ACCEPT_HEADED
+        begun = telling[0][2].first == 0 and coverage >= _ACCEPT_HEADED
+        if begun and len(exact) == len(telling) and all(roles.capital[s[0]] for s in exact):
+            return True  # "Legal Aid" for "Legal Aid Society of Cleveland"
+        return bool(exact) and coverage >= _ACCEPT_RARE and (headed or bool(rare))
+    if rare or coverage >= _ALONE:
+        return bool(exact) or coverage >= _ALONE
+    return bool(exact) and (len(exact) > 1 or roles.named(telling[0][0]))
+
+
+def _told_by_one(
+    words: Sequence[Word],
+    name: Name,
+    chosen: list[tuple[int, int, Hit]],
+    telling: tuple[int, int, Hit],
+    coverage: float,
+    roles: Roles,
+) -> bool:
+    """Whether one word, perhaps with words that say little, tells enough of a name.
+
+    An ordinary word does so only where the writer marks it as a name or puts it where a place
+    belongs; a word that is spelt otherwise only there, and never when it is a word of its own.
+    """
+    at, end, hit = telling
+    word, token = words[at], name.tokens[hit.first]
+    led = chosen[0][0]
+    named = roles.capital[at] or roles.named(led)
+    known = lexicon()
+    torn = end - at > 1 or hit.last - hit.first > 1
+    content = sum(t not in known.stop for t in name.tokens)
+    company = sum(name.tokens[s[2].first] not in known.stop for s in chosen) > 1
+    if hit.similarity < 1.0:
+        if company and coverage >= _ACCEPT:
+            return roles.capital[at] or not is_ordinary(word.low)
+        slip = hit.similarity >= _ALONE and len(token) >= 5 and named
+        return slip and not is_ordinary(word.low) and coverage >= _ACCEPT_RARE
+    if hit.last - hit.first == content or (company and coverage >= 1.0):
+        return torn or company or _stands(words, at, name, roles)
+    if torn:
+        return coverage >= _ACCEPT
+    if token in known.classes or (token in known.closed | known.common and not company):
+        return False
+    if word.low in ALWAYS_CAPITAL and not company:
+        return False
+    if _ordinal(words, at) and not (company or named):
+        return False
+    headed = company and chosen[-1][2].last == len(name.tokens) and not roles.indefinite[led]
+    if headed and roles.placed[led] and word.low not in PERSONS and coverage >= _ACCEPT_RARE:
+        return not is_kind_noun(" ".join(words[k].low for k in range(led, chosen[-1][1])))
+    if not is_common(word.low):
+        return coverage >= _ACCEPT_RARE and (
+            not is_ordinary(word.low) or roles.capital[at] or (named and coverage >= _ACCEPT)
+        )
+    if word.low in PERSONS or coverage < _ACCEPT or roles.indefinite[at]:
+        return False
+    if company and (roles.placed[led] or all(words[s[0]].text[:1].isupper() for s in chosen)):
+        return True
+    if roles.cased:
+        return roles.capital[at]
+    return roles.placed[led] and word.low not in BARE and not _followed(words, end, name)
+
+
+def _stands(words: Sequence[Word], at: int, name: Name, roles: Roles) -> bool:
+    """Whether a word may be the whole of a name where it stands."""
+    word = words[at]
+    said = [w for w in name.said if w not in lexicon().stop]
+    if all(w.kind == "mark" or w.low == "the" for w in (*words[:at], *words[at + 1 :])):
+        return True  # nothing else was said: an answer
+    if word.kind == "number" and word.low.isdigit():
+        return roles.numbered[at] or roles.placed[at]
+    if not is_common(word.low) and not (word.low in PERSONS or word.low in lexicon().closed):
+        return True
+    plain = word.low.removesuffix("'s")
+    if plain not in [w.replace("'s", "") for w in said]:
+        return False
+    if roles.capital[at]:
+        return True
+    if word.text[:1].isupper() and not roles.indefinite[at]:
+        after = words[at + 1].low if at + 1 < len(words) else "."
+        known = lexicon()
+        begins = after in known.copula or after in known.longest_cues or not after.isalnum()
+        return begins and word.low not in PERSONS and word.low not in known.closed
+    return (
+        roles.placed[at]
+        and not roles.indefinite[at]
+        and word.low not in PERSONS
+        and word.low not in BARE
+        and word.low not in lexicon().object_kinds
+        and not _followed(words, at + 1, name)
+    )
+
+
+def _followed(words: Sequence[Word], at: int, name: Name) -> bool:
+    """Whether a noun follows that is no part of a name: "near the chase car"."""
+    if at >= len(words) or words[at].kind != "word":
+        return False
+    known, low = lexicon(), words[at].low
+    if (
+        canonical(low) in name.tokens
+        or canonical(low) in known.generic
+        or low in known.longest_places
+    ):
+        return False
+    return low not in known.closed or low in known.object_kinds
+
+
+def _ordinal(words: Sequence[Word], at: int) -> bool:
+    """Whether "third" or "2nd" counts a thing ("the third floor") rather than names a street."""
+    low = words[at].low
+    if low not in lexicon().ordinals and not (low[:1].isdigit() and low[-1:].isalpha()):
+        return False
+    if at + 1 >= len(words) or words[at + 1].kind != "word":
+        return low in lexicon().ordinals
+    after = words[at + 1].low
+    counts = is_ordinary(after) and after not in lexicon().closed
+    return counts or low in lexicon().ordinals
 
 
 def _is_kind_word(token: str) -> bool:
@@ -237,35 +356,52 @@ def _compass_conflict(
     return canonical(before.low) in compass and canonical(before.low) not in compass_words
 
 
-def _common_noun(words: Sequence[Word], fit: _Fit) -> bool:
-    """Whether a small part of a name is written small in a text that has capitals."""
-    return fit.coverage < _ACCEPT and fit.last == fit.first + 1 and words[fit.first].text.islower()
-
-
 def _preference(fit: _Fit) -> tuple[float, float, int, int]:
     return -round(fit.matched, 3), -round(fit.coverage, 3), fit.first, fit.landmark
 
 
 def _choose(fits: list[_Fit], n_words: int) -> list[LandmarkMention]:
-    """Keep the fits that explain most, none overlapping; ties become candidates."""
+    """Keep the fits that explain most, none overlapping; others of the same words share it."""
     taken: list[int] = [-1] * n_words
-    chosen: list[tuple[_Fit, list[int], list[int]]] = []
+    chosen: list[list[_Fit]] = []
+    rivals: list[list[int]] = []
     for fit in fits:
         owners = {taken[w] for w in range(fit.first, fit.last)} - {-1}
         if not owners:
             for w in range(fit.first, fit.last):
                 taken[w] = len(chosen)
-            chosen.append((fit, [fit.landmark], []))
-            continue
-        if len(owners) == 1:
-            best, candidates, rivals = chosen[owners.pop()]
-            if fit.landmark in candidates or fit.landmark in rivals:
+            chosen.append([fit])
+            rivals.append([])
+        elif len(owners) == 1:
+            owner = owners.pop()
+            if any(fit.landmark == f.landmark for f in chosen[owner]):
                 continue
-            same = (fit.first, fit.last) == (best.first, best.last)
-            tie = same and best.coverage - fit.coverage < 0.02
-            (candidates if tie else rivals).append(fit.landmark)
-    mentions = [
-        LandmarkMention(f.first, f.last, tuple(c), min(1.0, f.coverage), tuple(r))
-        for f, c, r in chosen
-    ]
+            if fit.landmark in rivals[owner]:
+                continue
+            best = chosen[owner][0]
+            if fit.kernel == best.kernel and best.matched - fit.matched < _SAME_WORDS:
+                chosen[owner].append(fit)
+            else:
+                rivals[owner].append(fit.landmark)
+    mentions = [_mention(same, others) for same, others in zip(chosen, rivals, strict=True)]
     return sorted(mentions, key=lambda m: m.first)
+
+
+def _mention(fits: list[_Fit], rivals: list[int]) -> LandmarkMention:
+    """Return what the same words may name, each with its share."""
+    best = fits[0]
+    ties = [
+        f
+        for f in fits
+        if (f.first, f.last) == (best.first, best.last) and best.coverage - f.coverage < _TIE
+    ]
+    rest = [f.landmark for f in fits if f not in ties]
+    shares = referents({f.landmark: min(1.0, f.coverage) for f in fits})
+    return LandmarkMention(
+        best.first,
+        best.last,
+        tuple(f.landmark for f in ties),
+        min(1.0, best.coverage),
+        (*rest, *rivals),
+        shares,
+    )

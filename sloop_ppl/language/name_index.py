@@ -12,12 +12,11 @@ from rapidfuzz.distance import OSA
 
 from sloop_ppl.language.lexicon import camel_words, lexicon
 from sloop_ppl.language.words import split_words
-from sloop_ppl.maps import CityMap, Landmark
+from sloop_ppl.maps import PATH_KINDS, CityMap, Landmark
 
-__all__ = ["Hit", "Name", "NameIndex", "canonical", "name_index"]
+__all__ = ["STREET_TYPES", "Hit", "Name", "NameIndex", "canonical", "name_index"]
 
-_STREET_KINDS = ("street", "service", "pedestrian")
-_STREET_TYPES = frozenset(("street", "avenue", "road", "lane", "drive", "boulevard", "way"))
+STREET_TYPES = frozenset(("street", "avenue", "road", "lane", "drive", "boulevard", "way"))
 _SIMILAR = 0.66
 _CACHE = 20000
 
@@ -38,6 +37,8 @@ class Name:
         Whether each word alone can give the landmark away.
     total
         Sum of the weights.
+    said
+        The words as they are written, folded.
     """
 
     landmark: int
@@ -45,6 +46,7 @@ class Name:
     weights: tuple[float, ...]
     informative: tuple[bool, ...]
     total: float
+    said: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +87,14 @@ class NameIndex:
     """
 
     def __init__(self, city: CityMap) -> None:
+        self.city = city
         self.landmarks: tuple[Landmark, ...] = city.landmarks
         named_tokens = _named_tokens(city)
         count = Counter(t for _, t in {(i, t) for i, tokens in named_tokens for t in tokens})
-        self.names = [_name(i, tokens, count) for i, tokens in named_tokens]
+        self.names = [
+            _name(i, tokens, count, said)
+            for (i, tokens), said in zip(named_tokens, named_tokens.values(), strict=True)
+        ]
         self.spelt = [" ".join(name.tokens) for name in self.names]
         self.vocabulary: dict[str, list[Hit]] = {}
         self.joined: dict[str, list[Hit]] = {}
@@ -150,7 +156,7 @@ class NameIndex:
         streets = {
             token
             for name in self.names
-            if self.landmarks[name.landmark].kind in _STREET_KINDS
+            if self.landmarks[name.landmark].kind in PATH_KINDS
             for token, is_informative in zip(name.tokens, name.informative, strict=True)
             if is_informative
         }
@@ -190,30 +196,47 @@ def _digits(token: str) -> bool:
     return any(c.isdigit() for c in token)
 
 
-def _named_tokens(city: CityMap) -> list[tuple[int, tuple[str, ...]]]:
-    """Return the distinct names of every landmark as canonical words."""
-    named: dict[tuple[int, tuple[str, ...]], None] = {}
+def _named_tokens(city: CityMap) -> dict[tuple[int, tuple[str, ...]], tuple[str, ...]]:
+    """Return the distinct names of every landmark, as canonical words -> as they are written."""
+    named: dict[tuple[int, tuple[str, ...]], tuple[str, ...]] = {}
     for i, landmark in enumerate(city.landmarks):
+        own = []
         for name in (landmark.name, *landmark.aliases):
-            if name:
-                named[i, _tokens(name)] = None
+            if name and not (name != landmark.name and _is_address(name, landmark)):
+                tokens, said = _tokens(name)
+                named.setdefault((i, tokens), said)
+                own.append("".join(tokens))
         symbol = landmark.id.rsplit("/", 1)[-1]
         if landmark.name and symbol.isalpha():
-            spelt = _tokens(" ".join(camel_words(symbol)))
-            if all("".join(spelt) != "".join(tokens) for j, tokens in named if j == i):
-                named[i, spelt] = None
-    return [(i, tokens) for i, tokens in named if tokens]
+            spelt, said = _tokens(" ".join(camel_words(symbol)))
+            part = set(spelt) < set(_tokens(landmark.name)[0])
+            if "".join(spelt) not in own and not part:
+                named.setdefault((i, spelt), said)
+    return {key: said for key, said in named.items() if key[1]}
 
 
-def _tokens(name: str) -> tuple[str, ...]:
+def _is_address(name: str, landmark: Landmark) -> bool:
+    """Whether an alias is only a number of a street, which `addresses` reads."""
+    known = landmark.properties
+    number, street = known.get("house_number"), known.get("addr:street")
+    return name in known.get("addresses", ()) or name in (
+        f"{number} {street}",
+        f"{street} {number}",
+    )
+
+
+def _tokens(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the words of a name as they are compared, and as they are written."""
     words = [w.low for w in split_words(name) if w.kind != "mark" or w.low in "&+"]
     tokens = [canonical(w) for w in words]
     if len(words) > 1 and words[0] == "st":
         tokens[0] = "saint"
-    return tuple(tokens)
+    return tuple(tokens), tuple(words)
 
 
-def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
+def _name(
+    landmark: int, tokens: tuple[str, ...], count: Counter[str], said: tuple[str, ...]
+) -> Name:
     words = lexicon()
     weights, informative = [], []
     for token in tokens:
@@ -224,7 +247,7 @@ def _name(landmark: int, tokens: tuple[str, ...], count: Counter[str]) -> Name:
         elif token in words.compass:
             weights.append(0.15)
         elif light:
-            weights.append(0.2 if token in _STREET_TYPES else 0.25)
+            weights.append(0.2 if token in STREET_TYPES else 0.25)
         else:
             weights.append(max(0.8, 1.1 - 0.1 * count[token]))
-    return Name(landmark, tokens, tuple(weights), tuple(informative), sum(weights))
+    return Name(landmark, tokens, tuple(weights), tuple(informative), sum(weights), said)

@@ -134,7 +134,7 @@ def parse(
     found = read(text, city, targets)
     if viewpoint != found.viewpoint:
         found = replace(found, viewpoint=viewpoint)
-    return found if hearer is None else replace(found, hearer=hearer)
+    return found.placed(hearer)
 
 
 def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> Description:

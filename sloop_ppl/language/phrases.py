@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from sloop_ppl.language.chunks import Cue
-from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.distances import JUST_PAST
+from sloop_ppl.language.grounds import Ground, GroundReader, is_certain
+from sloop_ppl.language.items import Cue
 from sloop_ppl.language.relations import RELATIONS
+from sloop_ppl.language.values import Distance
 
 __all__ = ["RelationPhrase", "read_relation"]
 
@@ -14,6 +16,17 @@ _MOST_GROUNDS = 6
 _MOST_PARTS = 8
 _PARTS = ("part", "junction", "skip", "none", "dir")
 _JOINING = ("between", "on", "at", "in")
+_JUST = ("just", "right", "barely", "bit", "little", "slightly", "immediately", "touch", "tad")
+_CONTACT = ("at", "on", "in")
+_ONWARD = ("above", "up", "down", "along")
+_OTHER_SIDE = ("across", "beside", "beyond")
+_OPEN_WAYS = ("street", "service", "pedestrian")
+_CLOCK_WORDS = ("position", "direction", "mark", "relative", "relation", "respect", "with", "side")
+_DIALS = frozenset(("clock", "dial", "clockface", "watch"))
+_CENTRES = frozenset(("center", "centre", "middle"))
+_LOOKS_BACK = 30
+_MEETS_M = 15.0
+"""Farthest that the axes of two streets that meet end from one another: the wider's half width."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +51,8 @@ class RelationPhrase:
         Whether it holds of each ground by itself ("not near a bank").
     negated
         Whether the phrase is denied.
-    distance_m
-        The distance that was said.
+    distance
+        The distance that was said, or bounds on it.
     cue
         Half-open range of words of the cue.
     last
@@ -54,7 +67,7 @@ class RelationPhrase:
     corner: bool = False
     part: bool = False
     negated: bool = False
-    distance_m: float | None = None
+    distance: Distance | None = None
     own: bool = False
     each: bool = False
 
@@ -69,10 +82,12 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
     at
         Position of the first item; a distance may come first.
     """
-    start, distance = at, None
+    start = at
+    distance: Distance | None = None
     at = reader.past(at, "skip")
+    just = at > 0 and reader.norms[reader.chunks[at - 1].last - 1] in _JUST
     if reader.kind(at) == "distance":
-        distance = float(reader.chunks[at].value)
+        distance = reader.chunks[at].value
         at = reader.past(at + 1, "skip")
         if reader.kind(at) == "cue" and reader.chunks[at].value.relation in ("within",):
             at += 1
@@ -84,13 +99,23 @@ def read_relation(reader: GroundReader, at: int) -> tuple[RelationPhrase, int] |
             return RelationPhrase((), (), (chunk.first, chunk.last), chunk.last), at + 2
         if inner is not None and near:
             return replace(inner[0], cue=(reader.chunks[at].first, inner[0].cue[1])), inner[1]
+    cue = reader.chunks[at].value if reader.kind(at) == "cue" else None
     found = _head(reader, at, distance is not None)
     if found is None:
         return None
     phrase, after = found
     if distance is not None:
-        phrase = replace(phrase, distance_m=round(distance, 3))
+        away = cue is not None and cue.negated  # "20 m away from" says where it is
+        contact = all(RELATIONS[r].relation_class == "contact" for r in phrase.relations)
         phrase = replace(phrase, cue=(reader.chunks[start].first, phrase.cue[1]))
+        phrase = replace(phrase, negated=phrase.negated != away)
+        if not phrase.grounds and cue is not None and cue.relation in _ONWARD:
+            phrase = replace(phrase, relations=())  # "one block over" from who knows where
+        return (phrase if contact else replace(phrase, distance=distance)), after
+    if cue is not None and cue.distance is not None:
+        phrase = replace(phrase, distance=cue.distance)
+    elif just and phrase.relations == ("beyond",) and not phrase.negated:
+        phrase = replace(phrase, distance=JUST_PAST)
     return phrase, after
 
 
@@ -99,9 +124,13 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     kind = reader.kind(at)
     first = reader.chunks[at].first if kind != "end" else 0
     if kind in ("from", "of") and measured:
-        return _simple(reader, at, at + 1, "near")
+        return _away_from(reader, at, first)
+    if kind == "clock":
+        return _clock(reader, at, first)
     if kind in ("to", "from"):
         onward = _past_leads(reader, at + 1)
+        if reader.kind(onward) == "robot":  # "two blocks to your north"
+            onward = _past_leads(reader, onward + 1)
         return _direction(reader, onward, first, None) if reader.kind(onward) == "dir" else None
     if kind == "dir":
         return _direction(reader, at, first, None)
@@ -114,13 +143,79 @@ def _head(reader: GroundReader, at: int, measured: bool) -> tuple[RelationPhrase
     ahead = reader.kind(onward)
     if ahead == "robot" and reader.kind(_past_leads(reader, onward + 1)) == "dir":
         ahead, onward = "dir", _past_leads(reader, onward + 1)
-    if ahead == "dir":
+    if ahead == "dir" and not reader.selects(onward):
         return _direction(reader, onward, first, cue)
+    if ahead == "clock":
+        return _clock(reader, onward, first)
     if ahead == "junction":
         return _junction(reader, onward, first, (cue.relation,), cue.negated)
     if RELATIONS[cue.relation].grounds == "several":
         return _several(reader, at, cue.relation)
     return _simple(reader, at, at + 1, cue.relation, cue.negated)
+
+
+def _away_from(reader: GroundReader, at: int, first: int) -> tuple[RelationPhrase, int] | None:
+    """Read "(20 m) from X", "(the second car) from the corner of A and B"."""
+    onward = _past_leads(reader, at + 1)
+    if reader.kind(onward) != "junction":
+        return _simple(reader, at, at + 1, "near")
+    phrase, after = _junction(reader, onward, first, ("near",))
+    return (phrase if phrase.grounds else replace(phrase, relations=())), after
+
+
+def _clock(reader: GroundReader, at: int, first: int) -> tuple[RelationPhrase, int]:
+    """Read "three o'clock from X"; without a place to look from it is a time."""
+    direction = str(reader.chunks[at].value)
+    span = first, reader.chunks[at].last
+    onward = at + 1
+    while reader.value(onward) in _CLOCK_WORDS or reader.kind(onward) in ("skip", "none"):
+        onward += 1
+    if reader.kind(onward) in ("of", "from", "to"):
+        got = reader.read(onward + 1)
+        if got is not None:
+            ground, after = got
+            return RelationPhrase((direction,), (ground,), span, ground.last), after
+    seen_from = _looked_from(reader, at)
+    if seen_from is None:
+        return RelationPhrase((), (), span, span[1]), at + 1
+    return RelationPhrase((direction,), (seen_from,), span, span[1]), at + 1
+
+
+def _looked_from(reader: GroundReader, at: int) -> Ground | None:
+    """Return the place of "from X, ... at three o'clock", or of "X is the centre of a clock"."""
+    back = at - 1
+    while back >= 0 and reader.kind(back) in ("det", "skip", "none", "cue"):
+        back -= 1
+    if reader.kind(back) in ("robot", "possessive"):
+        return None
+    if reader.kind(back) == "landmark" and _possessive(reader, at):
+        return reader.landmark(back)
+    stopped = False
+    for k in range(back, max(-1, back - _LOOKS_BACK), -1):
+        stopped = stopped or reader.kind(k) == "stop"
+        if reader.kind(k) != "landmark":
+            continue
+        begin, end = reader.chunks[k].first, reader.chunks[k].last
+        dial = not _DIALS.isdisjoint(reader.norms[max(0, begin - _LOOKS_BACK // 3) : end + 10])
+        dial = dial or not _CENTRES.isdisjoint(reader.norms[end : end + 4])
+        seen_from = reader.kind(_past_back(reader, k - 1)) == "from" and not stopped
+        if dial or seen_from:
+            return reader.landmark(k)
+    return None
+
+
+def _past_back(reader: GroundReader, at: int) -> int:
+    """Return the position before articles and the like that stand before an item."""
+    end = at - _MOST_PARTS
+    while at > end and reader.kind(at) in ("det", "skip", "none", "where", "same"):
+        at -= 1
+    return at
+
+
+def _possessive(reader: GroundReader, at: int) -> bool:
+    """Whether the word before an item owns it."""
+    low = reader.words[reader.chunks[at].first - 1].low
+    return low == "'" or low.endswith("'s")
 
 
 def _past_leads(reader: GroundReader, at: int) -> int:
@@ -146,12 +241,14 @@ def _simple(
     if got is None:
         return RelationPhrase((relation,), (), cue, chunk.last, negated=negated), onward
     ground, after = got
-    if ground.kind == "unknown" and relation == "across" and reader.kind(after - 1) == "place":
+    vague = ground.kind == "unknown" or not is_certain(ground)
+    if vague and relation == "across" and reader.kind(after - 1) == "place":
         return RelationPhrase((relation,), (), cue, ground.last, negated=negated), after
-    if ground.kind == "landmark" and relation == "across" and reader.kind(after) == "from":
-        got = reader.read(after + 1)
-        if got is not None and got[0].kind == "landmark":
-            ground, after = got
+    if ground.kind == "map" and relation in _CONTACT:  # "on the map" says nothing of where
+        return RelationPhrase((), (), cue, ground.last), after
+    beyond = _other_side(reader, chunk.first, relation, ground, after)
+    if beyond is not None:
+        relation, ground, after = "across", *beyond
     if ground.kind == "landmark":
         sided = _own_side(reader, after)
         if sided is not None:
@@ -165,16 +262,72 @@ def _simple(
                 after = other[1] if other is not None else after + 1
         if reader.kind(after) == "junction" and reader.kind(after + 1) != "of":
             after += 1
+    beginning = after
     grounds, after, corner = _more(reader, ground, after)
+    if not corner and _meet(reader, relation, grounds):
+        corner = all(reader.kind(k) != "or" for k in range(beginning, after))
+    amid = relation == "middle" and len(grounds) == 2 and not corner
+    relation, joint = ("between", True) if amid else (relation, corner)
     phrase = RelationPhrase(
-        (relation,), grounds, cue, grounds[-1].last, joint=corner, negated=negated
+        (relation,), grounds, cue, grounds[-1].last, joint, corner, negated=negated
     )
     return phrase, after
+
+
+def _other_side(
+    reader: GroundReader, first: int, relation: str, ground: Ground, after: int
+) -> tuple[Ground, int] | None:
+    """Return B of "across A from B", "on the other side of A from B", A a street or the like."""
+    sided = relation in _OTHER_SIDE and "side" in reader.norms[first : ground.first]
+    if not (sided or relation == "across") or ground.kind not in ("landmark", "unknown"):
+        return None
+    if sided and ground.kind == "landmark" and not _is_way(reader, ground):
+        return None
+    if reader.kind(after) == "from":
+        got = reader.read(reader.past(after + 1, "skip"))
+        return got if got is not None and got[0].kind in ("landmark", "figure", "robot") else None
+    if not sided:
+        return None
+    start = next(
+        (
+            k
+            for k in range(after, max(0, after - _LOOKS_BACK), -1)
+            if k < len(reader.chunks) and reader.chunks[k].first <= first
+        ),
+        after,
+    )
+    for k in range(start - 1, max(-1, start - _LOOKS_BACK), -1):  # "from B, it is on ... of A"
+        if reader.kind(k) == "stop":
+            return None
+        if reader.kind(k) == "landmark" and reader.kind(_past_back(reader, k - 1)) == "from":
+            return reader.landmark(k), after
+    return None
+
+
+def _is_way(reader: GroundReader, ground: Ground) -> bool:
+    """Whether a ground is a street, a path or an alley."""
+    position = reader.places.position(ground.ids[0])
+    return position is not None and reader.places.index.landmarks[position].kind in _OPEN_WAYS
+
+
+def _meet(reader: GroundReader, relation: str, grounds: tuple[Ground, ...]) -> bool:
+    """Whether "at A and B" means where two streets meet."""
+    if relation not in _CONTACT or len(grounds) != 2 or grounds[0].ids == grounds[1].ids:
+        return False
+    if not all(_is_way(reader, ground) for ground in grounds):
+        return False
+    shapes = [
+        reader.places.index.landmarks[reader.places.position(g.ids[0]) or 0].geometry
+        for g in grounds
+    ]
+    return bool(shapes[0].distance(shapes[1]) < _MEETS_M)
 
 
 def _own_side(reader: GroundReader, at: int) -> tuple[tuple[str, ...], int] | None:
     """Read "'s north side" after a ground."""
     word = reader.words[reader.chunks[at - 1].last - 1].low if at else ""
+    if reader.kind(at) == "clock" and _possessive(reader, at):
+        return (str(reader.chunks[at].value),), at + 1
     if reader.kind(at) != "dir" or not word.endswith("'s"):
         return None
     directions = tuple(reader.chunks[at].value)
@@ -329,6 +482,8 @@ def _direction(
     if grounds[0].kind == "map":
         directions = _map_sides(directions)
     crossing = corner and len(grounds) > 1
+    if directions == ("middle",) and len(grounds) == 2:
+        return RelationPhrase(("between",), grounds, span, grounds[-1].last, joint=True), after
     if cue is not None and (near or crossing):
         directions = (cue.relation, *directions)
     phrase = RelationPhrase(
@@ -357,7 +512,7 @@ def _owner(reader: GroundReader, at: int) -> str:
     """Return whose side it is: the robot's ("your left"), a place's ("its left"), or nobody's."""
     if reader.kind(at) in ("skip", "none"):
         at -= 1
-    if reader.kind(at) == "robot":
+    if reader.kind(at) == "robot" or reader.value(at) in ("my", "our"):
         return "robot"
     if reader.kind(at) == "det" and reader.chunks[at].value in ("its", "their"):
         return "it"

@@ -6,14 +6,19 @@ Importing this module imports spaCy; `sloop_ppl.parse` runs the same steps witho
 ``sloop_landmarks``   words that name places of the map
 ``sloop_targets``     words that name objects
 ``sloop_cues``        relation cues and the small words around them
-``sloop_attachment``  which relation locates which object; sets ``doc._.spatial_relations``
+``sloop_attachment``  which relation locates which object; sets ``doc._.spatial_relations`` and
+                      ``doc._.sloop_description``
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import spacy
 from spacy.language import Language
 from spacy.tokens import Doc
@@ -21,19 +26,23 @@ from spacy.util import registry
 from spacy.vocab import Vocab
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.language.figures import FigureMention
+from sloop_ppl.language.items import Chunk
+from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.reading import TextReading
 from sloop_ppl.language.rules import STEPS, begin, encodable
 from sloop_ppl.language.targets import load_targets
-from sloop_ppl.language.values import Description, SpatialRelation
+from sloop_ppl.language.values import Description, SpatialRelation, TargetObject
 from sloop_ppl.language.words import split_words
-from sloop_ppl.maps import load_map
+from sloop_ppl.maps import CityMap, from_geojson, load_map, to_geojson
 
-__all__ = ["COMPONENTS", "WordTokenizer", "load_pipeline"]
+__all__ = ["COMPONENTS", "WordTokenizer", "keep_description", "load_pipeline"]
 
 COMPONENTS: Final = tuple(STEPS)
 """The factories of the rule parser, in the order they run."""
 
-STATE = "sloop_reading"
+_STATE = "sloop_reading"
+_DESCRIPTION = "sloop_description"
 CONTEXT = "sloop_context"
 
 Component = Callable[[Doc], Doc]
@@ -101,6 +110,118 @@ def create_word_tokenizer() -> Callable[[Language], WordTokenizer]:
     return lambda nlp: WordTokenizer(nlp.vocab)
 
 
+@dataclass
+class _Landmarks:
+    """The component that links landmarks.
+
+    Parameters
+    ----------
+    city
+        The map; None when each ``Doc`` brings its own.
+    declared
+        The objects that can be spoken of; None for the default ones and any others.
+    """
+
+    city: CityMap | None
+    declared: tuple[TargetObject, ...] | None
+
+    def __call__(self, doc: Doc) -> Doc:
+        """Begin to read a text, and mark the places it names."""
+        city, declared = doc.user_data.pop(CONTEXT, (self.city, self.declared))
+        if city is None:
+            raise InputError(
+                "The component 'sloop_landmarks' has no map; add it with "
+                "config={'map': NAME_OR_PATH}, or read texts with sloop_ppl.parse"
+            )
+        state = begin(doc.text, city, declared)
+        doc.user_data[_STATE] = state
+        STEPS["sloop_landmarks"](state)
+        _mark(doc, state, "sloop_landmarks", state.landmarks, _landmark_label)
+        return doc
+
+    def to_bytes(self, **_: Any) -> bytes:
+        """Return the map and the declared objects."""
+        city = None if self.city is None else to_geojson(self.city)
+        return json.dumps({"map": city, "targets": msgspec.to_builtins(self.declared)}).encode()
+
+    def from_bytes(self, data: bytes, **_: Any) -> _Landmarks:
+        """Take the map and the declared objects from bytes."""
+        record = json.loads(data)
+        self.city = None if record["map"] is None else from_geojson(record["map"])
+        self.declared = msgspec.convert(record["targets"], tuple[TargetObject, ...] | None)
+        return self
+
+    def to_disk(self, path: str | Path, **_: Any) -> None:
+        """Write the map and the declared objects to a file."""
+        Path(path).write_bytes(self.to_bytes())
+
+    def from_disk(self, path: str | Path, **_: Any) -> _Landmarks:
+        """Take the map and the declared objects from a file."""
+        return self.from_bytes(Path(path).read_bytes())
+
+
+@dataclass
+class _Step:
+    """A component that goes on with a text that `_Landmarks` has begun to read."""
+
+    step: str
+    name: str
+
+    def __call__(self, doc: Doc) -> Doc:
+        """Do the step, and mark what it found."""
+        state: TextReading | None = doc.user_data.get(_STATE)
+        if state is None:
+            raise InputError(
+                f"The component '{self.name}' found no landmarks read; add 'sloop_landmarks' "
+                "before it"
+            )
+        STEPS[self.step](state)
+        if self.step == "sloop_targets":
+            _mark(doc, state, "sloop_objects", state.figures, _object_label)
+            _mark(doc, state, "sloop_kinds", state.kinds, _chunk_label)
+        elif self.step == "sloop_cues":
+            cues = [c for c in state.chunks if c.kind in ("cue", "dir", "distance")]
+            _mark(doc, state, "sloop_cues", cues, _chunk_label)
+        elif state.description is not None:  # the reading is done: keep only what can be saved
+            keep_description(doc, state.description.placed(None))
+            del doc.user_data[_STATE]
+        return doc
+
+
+def _mark(
+    doc: Doc,
+    state: TextReading,
+    group: str,
+    found: Sequence[Any],
+    label: Callable[[TextReading, Any], tuple[str, str]],
+) -> None:
+    """Put what was found into ``doc.spans``: a label, and in ``kb_id_`` the id it refers to."""
+    spans = []
+    for one in found:
+        start, end = state.words[one.first].start, state.words[one.last - 1].end
+        name, kb_id = label(state, one)
+        span = doc.char_span(start, end, label=name, kb_id=kb_id, alignment_mode="expand")
+        if span is not None:
+            spans.append(span)
+    doc.spans[group] = spans
+
+
+def _landmark_label(state: TextReading, mention: LandmarkMention) -> tuple[str, str]:
+    return "LANDMARK", state.places.id(mention.candidates[0])
+
+
+def _object_label(state: TextReading, mention: FigureMention) -> tuple[str, str]:  # noqa: ARG001
+    return "OBJECT", mention.candidates[0] if mention.candidates else ""
+
+
+def _chunk_label(state: TextReading, chunk: Chunk) -> tuple[str, str]:  # noqa: ARG001
+    if chunk.kind == "cue":
+        return "RELATION", str(chunk.value.relation)
+    if chunk.kind == "dir":
+        return "RELATION", str(chunk.value[0])
+    return {"distance": ("DISTANCE", ""), "place": ("KIND", str(chunk.value))}[chunk.kind]
+
+
 @Language.factory("sloop_landmarks", default_config={"map": None, "targets": None})
 def make_landmarks(
     nlp: Language,  # noqa: ARG001
@@ -120,54 +241,30 @@ def make_landmarks(
         Path of a targets file; None for the default objects and any others.
     """
     city = None if map is None else load_map(map)
-    declared = None if targets is None else load_targets(targets)
-
-    def landmarks(doc: Doc) -> Doc:
-        given, objects = doc.user_data.pop(CONTEXT, (city, declared))
-        if given is None:
-            raise InputError(
-                "The component 'sloop_landmarks' has no map; add it with "
-                "config={'map': NAME_OR_PATH}, or read texts with sloop_ppl.parse"
-            )
-        state = begin(doc.text, given, objects)
-        doc.user_data[STATE] = state
-        STEPS["sloop_landmarks"](state)
-        return doc
-
-    return landmarks
+    return _Landmarks(city, None if targets is None else load_targets(targets))
 
 
 @Language.factory("sloop_targets")
 def make_targets(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that finds the objects spoken of."""
-    return _step("sloop_targets", name)
+    return _Step("sloop_targets", name)
 
 
 @Language.factory("sloop_cues")
 def make_cues(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that finds relation cues."""
-    return _step("sloop_cues", name)
+    return _Step("sloop_cues", name)
 
 
 @Language.factory("sloop_attachment", assigns=["doc._.spatial_relations"])
 def make_attachment(nlp: Language, name: str) -> Component:  # noqa: ARG001
     """Return the component that attaches relations to objects."""
-    return _step("sloop_attachment", name)
+    return _Step("sloop_attachment", name)
 
 
-def _step(step: str, name: str) -> Component:
-    run = STEPS[step]
-
-    def component(doc: Doc) -> Doc:
-        state: TextReading | None = doc.user_data.get(STATE)
-        if state is None:
-            raise InputError(
-                f"The component '{name}' found no landmarks read; add 'sloop_landmarks' before it"
-            )
-        run(state)
-        return doc
-
-    return component
+def keep_description(doc: Doc, description: Description) -> None:
+    """Keep a description with its text, as plain values that ``Doc.to_bytes`` can save."""
+    doc.user_data[_DESCRIPTION] = msgspec.to_builtins(description)
 
 
 def _relations(doc: Doc) -> tuple[SpatialRelation, ...]:
@@ -176,8 +273,8 @@ def _relations(doc: Doc) -> tuple[SpatialRelation, ...]:
 
 
 def _description(doc: Doc) -> Description | None:
-    state = doc.user_data.get(STATE)
-    return None if state is None else state.description
+    kept = doc.user_data.get(_DESCRIPTION)
+    return None if kept is None else msgspec.convert(kept, Description)
 
 
 if not Doc.has_extension("spatial_relations"):
@@ -185,13 +282,21 @@ if not Doc.has_extension("spatial_relations"):
     Doc.set_extension("sloop_description", getter=_description)
 
 
-def load_pipeline(map: str | None = None, targets: str | None = None) -> Language:  # noqa: A002
+def load_pipeline(
+    map: str | CityMap | None = None,  # noqa: A002
+    targets: str | None = None,
+) -> Language:
     """Return a spaCy pipeline that reads spatial relations, without trained weights.
+
+    What it recognises stands in ``doc.spans``: ``sloop_landmarks``, ``sloop_kinds``,
+    ``sloop_objects`` and ``sloop_cues``, each span with a label and, in ``kb_id_``, the id of the
+    landmark or object, or the canonical relation. It can be pickled, saved, and run in several
+    processes.
 
     Parameters
     ----------
     map
-        Bundled name or path of the map; None when each ``Doc`` brings its own.
+        Bundled name or path of the map, or a map; None when each ``Doc`` brings its own.
     targets
         Path of a targets file; None for the default objects and any others.
 
@@ -203,7 +308,10 @@ def load_pipeline(map: str | None = None, targets: str | None = None) -> Languag
     """
     nlp = spacy.blank("en", config={"nlp": {"tokenizer": {"@tokenizers": "sloop_ppl.words.v1"}}})
     nlp.max_length = 10**9
-    nlp.add_pipe(COMPONENTS[0], config={"map": map, "targets": targets})
+    name = None if isinstance(map, CityMap) else map
+    landmarks = nlp.add_pipe(COMPONENTS[0], config={"map": name, "targets": targets})
+    if isinstance(map, CityMap) and isinstance(landmarks, _Landmarks):
+        landmarks.city = map
     for component in COMPONENTS[1:]:
         nlp.add_pipe(component)
     return nlp

@@ -3,12 +3,51 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 
+from sloop_ppl.language.kinds import landmarks_of_kind
 from sloop_ppl.language.lexicon import camel_words, lexicon
 from sloop_ppl.language.name_index import NameIndex, canonical, name_index
 from sloop_ppl.maps import CityMap
 
-__all__ = ["PlaceIndex", "place_index"]
+__all__ = ["KindFit", "PlaceIndex", "kind_name", "place_index"]
+
+_REMEMBERED = 2048
+_CARRIERS = frozenset(("building", "shop", "store", "place", "office", "branch"))
+_LESS_LIKE = 0.25
+"""Weight of a landmark that a kind fits in part: the tower of that name where a bank is said."""
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """The landmarks of a kind.
+
+    Parameters
+    ----------
+    name
+        What the kind is called first.
+    ids
+        Ids of the landmarks, the surest first.
+    best
+        Those that fit best; one when it is clear which is meant.
+    weights
+        Id -> how well it fits, in (0, 1].
+    """
+
+    name: str
+    ids: tuple[str, ...]
+    best: tuple[str, ...]
+    weights: dict[str, float] = field(default_factory=dict)
+
+
+def kind_name(words: tuple[str, ...]) -> str:
+    """Return the name of the hand-made kind that words call, in the singular too; "" for none."""
+    places = lexicon().place_phrases
+    head = words[-1].removesuffix("s") if words else ""
+    return places.get(words) or places.get((*words[:-1], head), "")
+
+
+_WAYS = ("street", "service", "pedestrian")
 
 
 class PlaceIndex:
@@ -21,46 +60,90 @@ class PlaceIndex:
     """
 
     def __init__(self, city: CityMap) -> None:
+        self.city = city
         self.index: NameIndex = name_index(city)
         self._ids = [m.id for m in city.landmarks]
         self._maps = [_home(m.id) for m in city.landmarks]
-        self._scores = {kind.name: self._score(kind.name) for kind in lexicon().place_kinds}
+        self._tokens: dict[str, list[tuple[str, ...]]] = {}
+        for entry in self.index.names:
+            self._tokens.setdefault(self._ids[entry.landmark], []).append(entry.tokens)
+        self._fits: dict[str, KindFit] = {}
+        self._scores: dict[str, dict[str, float]] = {}
+        self._positions = {one: i for i, one in enumerate(self._ids)}
+        self.streets = frozenset(i for i, m in enumerate(city.landmarks) if m.kind in _WAYS)
 
     def id(self, position: int) -> str:
         """Return the id of the landmark at a position in the map."""
         return self._ids[position]
 
+    def position(self, landmark_id: str) -> int | None:
+        """Return the position in the map of a landmark, None for another id."""
+        return self._positions.get(landmark_id)
+
     def home(self, position: int) -> str:
         """Return which of several merged maps a landmark came from."""
         return self._maps[position]
 
-    def of_kind(self, kind: str) -> tuple[str, ...]:
-        """Return the ids of the landmarks of a kind, the surest first."""
-        scores = self._scores.get(kind, {})
-        return tuple(sorted(scores, key=lambda i: -scores[i]))
-
-    def best_of_kind(self, kind: str, words: tuple[str, ...] = ()) -> tuple[str, ...]:
-        """Return the ids of the landmarks that fit a kind best; one when it is clear.
+    def of_phrase(self, phrase: str) -> KindFit:
+        """Return the landmarks of the kind that a noun phrase names.
 
         Parameters
         ----------
-        kind
-            Name of the kind.
-        words
-            The words, which decide among equals when they stand in a name.
+        phrase
+            The noun phrase, folded, without an article.
         """
-        scores = self._scores.get(kind, {})
+        found = self._fits.get(phrase)
+        if found is None:
+            if len(self._fits) >= _REMEMBERED:
+                self._fits.clear()
+            found = self._fits[phrase] = self._fit(phrase)
+        return found
+
+    def _fit(self, phrase: str) -> KindFit:
+        said = tuple(phrase.split())
+        name = kind_name(said) or (kind_name(said[:-1]) if said[-1] in _CARRIERS else "")
+        scores = self._scored(name) if name else {}
+        best = self._best(scores, said)
+        weights = dict.fromkeys(best, 1.0)
+        tagged = [self._ids[i] for i in landmarks_of_kind(phrase, self.city, by_name=True)]
+        weights |= dict.fromkeys(tagged, 1.0)
+        for i in (*self._liked(scores), *self._named(said)):
+            weights.setdefault(i, _LESS_LIKE)
+        for i in self._named(said, head=True):
+            weights[i] = 1.0
+        if not best and len(weights) == 1:
+            best = tuple(weights)
+        return KindFit(name or phrase, tuple(weights), best, weights)
+
+    def _named(self, words: tuple[str, ...], head: bool = False) -> tuple[str, ...]:
+        """Return the landmarks in whose names a phrase stands; `head`: at the end of a name."""
+        tokens = tuple(canonical(w) for w in words)
+        hits = self.index.vocabulary.get(tokens[-1], ())
+        found = []
+        for hit in hits:
+            name = self.index.names[hit.name]
+            ends = hit.last == len(name.tokens)
+            if name.tokens[max(0, hit.last - len(tokens)) : hit.last] == tokens:
+                if (ends or not head) and len(name.tokens) > len(tokens):
+                    found.append(self._ids[name.landmark])
+        return tuple(dict.fromkeys(found))
+
+    def _scored(self, name: str) -> dict[str, float]:
+        if name not in self._scores:
+            self._scores[name] = self._score(name)
+        return self._scores[name]
+
+    @staticmethod
+    def _liked(scores: dict[str, float]) -> list[str]:
+        return sorted(scores, key=lambda i: -scores[i])
+
+    def _best(self, scores: dict[str, float], words: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the landmarks that fit a kind best; a word in a name decides among equals."""
         top = max(scores.values(), default=0.0)
         best = tuple(i for i, s in scores.items() if s == top)
         if len(best) > 1 and words:
             tokens = {canonical(w) for w in words}
-            named = [
-                i
-                for i in best
-                if any(
-                    tokens <= set(n.tokens) for n in self.index.names if self._ids[n.landmark] == i
-                )
-            ]
+            named = [i for i in best if any(tokens <= set(n) for n in self._tokens.get(i, ()))]
             if len(named) == 1:
                 return tuple(named)
         return best
@@ -70,11 +153,8 @@ class PlaceIndex:
         kind = next(k for k in lexicon().place_kinds if k.name == name)
         wanted = [tuple(canonical(w) for w in n.split()) for n in kind.names]
         scores: dict[str, float] = {}
-        names: dict[int, list[tuple[str, ...]]] = {}
-        for entry in self.index.names:
-            names.setdefault(entry.landmark, []).append(entry.tokens)
-        for i, landmark in enumerate(self.index.landmarks):
-            tokens = names.get(i, [])
+        for landmark in self.index.landmarks:
+            tokens = self._tokens.get(landmark.id, [])
             if not landmark.name:
                 symbol = re.sub(r"\d+$", "", landmark.id.rsplit("/", 1)[-1])
                 tokens = [tuple(canonical(w) for w in camel_words(symbol))]

@@ -4,30 +4,55 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+from sloop_ppl.language._assertion import assertions
+from sloop_ppl.language._confidence import (
+    PhraseContext,
+    confidence,
+    phrase_features,
+    readings_of,
+)
+from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
+from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
-from sloop_ppl.language.chunks import Chunk, place_phrases, read_chunks
+from sloop_ppl.language.chunks import read_chunks
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.figures import FigureFinder, FigureMention
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.items import Chunk
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention, link_landmarks
 from sloop_ppl.language.nearest import nearest_landmarks
+from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
+    NOT_ON_MAP,
+    SPEAKER,
     Description,
     RelationSpans,
     SpatialRelation,
+    Status,
     TargetObject,
     Unresolved,
 )
+from sloop_ppl.language.word_roles import find_roles
 from sloop_ppl.language.words import Word, split_words
 from sloop_ppl.maps import CityMap
 
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
+
+
+_SLANG = {
+    "r": "are", "u": "you", "ur": "your", "im": "i'm", "ive": "i've", "theres": "there's",
+    "hes": "he's", "shes": "she's", "wheres": "where's", "thats": "that's", "dont": "don't",
+    "isnt": "isn't", "wasnt": "wasn't", "cant": "can't", "didnt": "didn't", "youre": "you're",
+    "theyre": "they're", "weve": "we've", "havent": "haven't", "gonna": "going", "da": "the",
+}  # fmt: skip
 
 
 @dataclass
@@ -46,6 +71,10 @@ class TextReading:
         What was recognised.
     reading
         Which relation phrases locate which objects.
+    inferred
+        The objects that no one declared.
+    features
+        Of each relation in the order of the description, what its confidence is told from.
     targets
         The objects spoken of.
     """
@@ -61,8 +90,10 @@ class TextReading:
     kinds: Sequence[Chunk] = ()
     chunks: Sequence[Chunk] = ()
     reading: Attachments = field(default_factory=Attachments)
+    inferred: tuple[TargetObject, ...] = ()
     targets: tuple[TargetObject, ...] = ()
     grounds: Sequence[Ground] = ()
+    features: Sequence[tuple[float, ...]] = ()
     description: Description | None = None
 
 
@@ -81,22 +112,43 @@ def find_figures(state: TextReading) -> None:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
     state.norms = [
-        w.low if t or w.kind != "word" else mend(w.low, vocabulary)
+        w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
-    kinds = place_phrases(state.norms, taken)
+    kinds = find_places(state.norms, taken, find_roles(state.words), vocabulary)
     for kind in kinds:
         if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
-    state.figures = state.finder.find(state.norms, taken)
+    figures = state.finder.find(state.norms, taken)
+    if state.finder.declared is None:
+        figures = own_cars(state.norms, figures)
+        objects = find_objects(state.words, state.norms, taken, figures)
+        figures, state.inferred = list(objects.mentions), objects.inferred
+    speaker = find_speaker(state.norms, taken)
+    if speaker and not any(t.id == SPEAKER for t in state.finder.known):
+        state.inferred = (*state.inferred, TargetObject(SPEAKER))
+    state.figures = sorted((*figures, *speaker), key=lambda m: m.first)
     owned = {w for m in state.figures for w in range(m.first, m.last)}
     state.kinds = [k for k in kinds if k.first not in owned]
+
+
+def _mended(low: str, vocabulary: frozenset[str]) -> str:
+    """Return a word with its spelling mended; verbs, persons and such are spelt as they are."""
+    known = lexicon()
+    if any(low in known.words_of(role) for role in ("ordinary_verbs", "kin", "adverbs", "times")):
+        return low
+    return mend(low, vocabulary)
 
 
 def find_cues(state: TextReading) -> None:
     """Find relation cues, directions and the small words that hold phrases together."""
     state.chunks = read_chunks(
-        state.words, state.norms, state.landmarks, state.figures, state.kinds
+        state.words,
+        state.norms,
+        state.landmarks,
+        state.figures,
+        state.kinds,
+        state.places.streets,
     )
 
 
@@ -104,14 +156,26 @@ def relate(state: TextReading) -> None:
     """Attach relation phrases to objects."""
     reader = GroundReader(state.words, state.norms, state.chunks, state.places, settle(state))
     figures = Figures(state.finder)
+    for target in state.inferred:
+        figures.infer(target)
     if state.finder.declared is None:
         default = {t.id for t in DEFAULT_TARGETS}
         for mention in state.figures:
             for one in mention.candidates:
                 if one not in default:
                     figures.infer(_inferred(one, mention, state))
-    state.reading = attach(reader, figures)
-    state.targets = figures.targets()
+    asserted = assertions(state.words, state.chunks)
+    state.reading = attach(reader, figures, asserted)
+    located = {f for one in state.reading.attached for f in one.figures}
+    located |= {
+        i
+        for a in state.reading.attached
+        for g in a.phrase.grounds
+        if g.kind == "figure"
+        for i in g.ids
+    }
+    inferred = {t.id for t in state.inferred}
+    state.targets = tuple(t for t in figures.targets() if t.id in located or t.id not in inferred)
     state.grounds = reader.grounds
 
 
@@ -152,18 +216,75 @@ def _names_its_kind(state: TextReading, mention: LandmarkMention, position: int)
 
 def to_description(state: TextReading) -> Description:
     """Return what was read as a frozen value with character spans."""
-    relations: dict[tuple[str, str, tuple[str, ...], bool], SpatialRelation] = {}
-    for one in state.reading.attached:
-        for relation in _relations(state, one):
+    found: dict[tuple[str, str, tuple[str, ...], bool], tuple[SpatialRelation, Attached]] = {}
+    aside: dict[tuple[int, int], Unresolved] = {}
+    held = [a for a in state.reading.attached if a.status is None]
+    located = {f for a in held for f in a.figures}
+    groups = 1 + max((a.either[0] for a in held if a.either), default=-1)
+    for one in held:
+        relations = _relations(state, one)
+        if one.either is None and _is_choice(state, one):
+            relations, groups = _choice(relations, groups), groups + 1
+        for relation in relations:
+            nowhere = NOT_ON_MAP in relation.grounds and relation.figure != SPEAKER
+            if nowhere or (SPEAKER in relation.grounds and SPEAKER not in located):
+                if nowhere:
+                    for ground in one.phrase.grounds:
+                        span = _chars(state.words, ground.first, ground.last)
+                        aside.setdefault(span, Unresolved(state.text[slice(*span)], span))
+                else:
+                    _add_aside(state, one.phrase, "other", aside)
+                continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
-            relations.setdefault(key, relation)
+            found.setdefault(key, (relation, one))
+    unresolved = _unresolved(state, aside)
+    read = list(found.values())
+    state.features = [
+        phrase_features(relation, _context(state, one, len(read), len(unresolved)))
+        for relation, one in read
+    ]
+    readings = readings_of([r for r, _ in read], [confidence(f) for f in state.features])
     return Description(
         text=state.text,
         map=state.city.name,
         targets=state.targets,
-        relations=tuple(relations.values()),
-        unresolved=_unresolved(state),
+        relations=readings[0].relations,
+        unresolved=unresolved,
+        readings=readings if read else (),
     )
+
+
+def _context(state: TextReading, one: Attached, relations: int, aside: int) -> PhraseContext:
+    """Return what surrounds a phrase, as far as it tells how probably it was misread."""
+    cue = one.phrase.cue[0]
+    stops = [c.first for c in state.chunks if c.kind == "stop"]
+    first = max((s for s in stops if s <= cue), default=0)
+    last = min((s for s in stops if s > cue), default=len(state.words))
+    known = lexicon().words_of("adverbs") | lexicon().words_of("ordinary_verbs")
+    unread = sum(
+        c.kind == "word" and c.value not in known for c in state.chunks if first <= c.first < last
+    )
+    grounds = one.phrase.grounds
+    words = [state.words[g.last - 1].low for g in grounds]
+    inferred = {t.id for t in state.inferred}
+    return PhraseContext(
+        attachment=one.confidence,
+        ground=min(g.confidence for g in grounds),
+        named=_are_named(state, grounds),
+        pointed=any(w in lexicon().words_of("pronouns") for w in words),
+        target=any(g.kind == "figure" for g in grounds),
+        inferred=any(f in inferred for f in one.figures),
+        relations=relations,
+        aside=aside,
+        unread=unread / max(1, last - first),
+        sentence=last - first,
+    )
+
+
+def _are_named(state: TextReading, grounds: Sequence[Ground]) -> bool:
+    """Whether each ground is said by name."""
+    named = {w for m in state.landmarks for w in range(m.first, m.last)}
+    return all(any(w in named for w in range(g.first, g.last)) for g in grounds)
 
 
 def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
@@ -176,7 +297,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
             relation=relation,
             grounds=tuple(g.ids[0] for g in grounds),
             negated=phrase.negated,
-            distance_m=phrase.distance_m,
+            distance=phrase.distance,
             confidence=round(one.confidence * min(g.confidence for g in grounds), 3),
             spans=RelationSpans(
                 _chars(state.words, *one.span),
@@ -184,6 +305,8 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
                 tuple(_chars(state.words, g.first, g.last) for g in grounds),
             ),
             each=phrase.each,
+            either=one.either,
+            **_referents(grounds, phrase.each),
         )
         for figure in one.figures
         for relation in phrase.relations
@@ -191,17 +314,63 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
     ]
 
 
-def _unresolved(state: TextReading) -> tuple[Unresolved, ...]:
-    found: dict[tuple[int, int], Unresolved] = {}
+def _referents(grounds: Sequence[Ground], each: bool) -> dict[str, Any]:
+    """Return the candidates and mentions of a relation's grounds, unless all are certain."""
+    slots = tuple(GroundReader.slot(g) for g in grounds)
+    if each or all(len(slot) == 1 and slot[0].ground is not None for slot in slots):
+        return {}
+    return {"candidates": slots, "mentions": tuple(_number(g) for g in grounds)}
+
+
+def _number(ground: Ground) -> int:
+    """Return the number of a ground's mention; one of its own where none was given."""
+    return ground.mention if ground.mention >= 0 else ground.first
+
+
+def _is_choice(state: TextReading, one: Attached) -> bool:
+    """Whether the grounds of a phrase are alternatives: "near Ivy or Rumor"."""
+    grounds = one.phrase.grounds
+    if one.phrase.negated or one.phrase.joint or one.phrase.each or len(grounds) < 2:
+        return False
+    between = range(grounds[-2].last, grounds[-1].first)
+    return any(state.words[k].low == "or" for k in between)
+
+
+def _choice(relations: list[SpatialRelation], group: int) -> list[SpatialRelation]:
+    """Return relations as branches of one alternative, one branch for each ground."""
+    branches = {grounds: k for k, grounds in enumerate(dict.fromkeys(r.grounds for r in relations))}
+    return [replace(r, either=(group, branches[r.grounds])) for r in relations]
+
+
+def _unresolved(
+    state: TextReading, found: dict[tuple[int, int], Unresolved]
+) -> tuple[Unresolved, ...]:
     for ground in state.reading.loose:
         if ground.last <= ground.first:
             continue
         span = _chars(state.words, ground.first, ground.last)
-        candidates = ground.candidates
+        candidates = ground.nearest
         if not candidates and ground.kind == "unknown":
             candidates = nearest_landmarks(state.text[slice(*span)], state.places.index)
         found[span] = Unresolved(state.text[slice(*span)], span, candidates)
+    for one in state.reading.attached:
+        if one.status is not None:
+            _add_aside(state, one.phrase, one.status, found)
+    for phrase, status in state.reading.aside:
+        _add_aside(state, phrase, status, found)
     return tuple(found[s] for s in sorted(found))
+
+
+def _add_aside(
+    state: TextReading,
+    phrase: RelationPhrase,
+    status: Status,
+    found: dict[tuple[int, int], Unresolved],
+) -> None:
+    """Add a phrase that locates no target to what is unresolved."""
+    span = _chars(state.words, phrase.cue[0], max(phrase.last, phrase.cue[0] + 1))
+    grounds = tuple(i for g in phrase.grounds for i in g.ids[:1] if i in state.city)
+    found.setdefault(span, Unresolved(state.text[slice(*span)], span, grounds, status))
 
 
 def _chars(words: Sequence[Word], first: int, last: int) -> tuple[int, int]:

@@ -10,6 +10,7 @@ from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
 from sloop_ppl.language.lexicon import Lexicon, lexicon
+from sloop_ppl.language.ordinary import is_ordinary
 from sloop_ppl.language.words import Word
 
 __all__ = ["mend", "split_run_ons"]
@@ -21,12 +22,12 @@ def mend(low: str, extra: frozenset[str] = frozenset()) -> str:
     """Return the word of the closed classes (or of `extra`) that `low` is a slip of, else `low`.
 
     One letter may be wrong in words of five letters and more, two in words of nine and more;
-    the word stays as it is when several words are equally near.
+    the word stays as it is when several words are equally near, or when it is an ordinary word.
 
     Examples
     --------
-    >>> mend("betwen"), mend("behnid"), mend("light")
-    ('between', 'behind', 'light')
+    >>> mend("betwen"), mend("behnid"), mend("moved")
+    ('between', 'behind', 'moved')
     """
     return _mend(low, extra, lexicon())
 
@@ -35,7 +36,7 @@ def mend(low: str, extra: frozenset[str] = frozenset()) -> str:
 def _mend(low: str, extra: frozenset[str], known: Lexicon) -> str:
     if len(low) < 4 or not low.isalpha() or low in known.closed or low in extra:
         return low
-    if low in known.plain:
+    if low in known.plain or is_ordinary(low):
         return low
     allowed = 2 if len(low) >= _LONG else 1
     near = process.extract(
@@ -69,6 +70,7 @@ def split_run_ons(words: Sequence[Word], vocabulary: Collection[str]) -> list[Wo
             or len(word.low) < 6
             or word.low in known.closed
             or word.low in known.plain
+            or is_ordinary(word.low)
             or word.low in vocabulary
         ):
             mended.append(word)

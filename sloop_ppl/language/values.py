@@ -372,6 +372,34 @@ class Description:
         """Return the relations whose figure is this target, in the order they were said."""
         return tuple(r for r in self.relations if r.figure == target_id)
 
+    def placed(self, hearer: tuple[float, float] | None) -> Description:
+        """Return it as said to someone at a place, (x_m, y_m).
+
+        What is told from the hearer's place says nothing while no one knows it: without one, those
+        relations stand among `unresolved`.
+        """
+        if hearer is not None:
+            return replace(self, hearer=hearer)
+        told = [r for r in self.relations if HEARER in r.grounds and r.spans is not None]
+        if not told:
+            return self
+        spans = {
+            (min(r.spans.relation[0], r.spans.grounds[0][0]), r.spans.grounds[-1][1])
+            for r in told
+            if r.spans is not None
+        }
+        loose = tuple(Unresolved(self.text[slice(*s)], s, status="other") for s in sorted(spans))
+        unresolved = sorted((*self.unresolved, *loose), key=lambda u: u.span)
+        return replace(
+            self,
+            relations=tuple(r for r in self.relations if r not in told),
+            unresolved=tuple(unresolved),
+            readings=tuple(
+                replace(h, relations=tuple(r for r in h.relations if HEARER not in r.grounds))
+                for h in self.readings
+            ),
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop parse --json`` prints: one relation entry per ground."""
         return {

@@ -1,9 +1,8 @@
 """Maps: grids, landmarks, city maps, OpenStreetMap, and reading and writing them."""
 
-from sloop_ppl.maps.bundled import bundled_maps, load_map
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.fields import LandmarkFields, landmark_fields
-from sloop_ppl.maps.files import check_map_path, read_map, write_map
+from sloop_ppl.maps.files import bundled_maps, check_map_path, load_map, read_map, write_map
 from sloop_ppl.maps.find import kind_words
 from sloop_ppl.maps.frontage import Facing, Frontage
 from sloop_ppl.maps.geojson import from_geojson, to_geojson

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError, MapError, UnknownName
-from sloop_ppl.maps.cache import BoundedCache
+from sloop_ppl.maps._cache import BoundedCache
+from sloop_ppl.maps._proximity import NearestIndex
+from sloop_ppl.maps._shapes import clip
 from sloop_ppl.maps.fields import BYTES_PER_CELL, LandmarkFields, landmark_fields
 from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
-from sloop_ppl.maps.proximity import NearestIndex
 from sloop_ppl.maps.rasterise import touched_cells
-from sloop_ppl.maps.window import window
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -111,11 +111,10 @@ class CityMap:
 
     def of_kind(self, *kinds: str) -> tuple[Landmark, ...]:
         """Return the landmarks of the given kinds, in file order."""
-        key = "kinds", "\n".join(sorted(set(kinds)))
-        if key not in self._cache:
-            self._cache[key] = tuple(m for m in self.landmarks if m.kind in kinds)
-        found: tuple[Landmark, ...] = self._cache[key]
-        return found
+        return self._kept(
+            ("kinds", "\n".join(sorted(set(kinds)))),
+            lambda: tuple(m for m in self.landmarks if m.kind in kinds),
+        )
 
     def counts(self) -> dict[str, int]:
         """Return how many landmarks there are of each kind that occurs."""
@@ -142,6 +141,7 @@ class CityMap:
         return FIELDS.get(
             (self.grid, content),
             lambda: self._fields(footprint),
+            # The dearest case, all fields asked for: entries grow after they were put in.
             cost_bytes=self.grid.size * BYTES_PER_CELL,
         )
 
@@ -201,8 +201,51 @@ class CityMap:
         return frontage(self, building_id)
 
     def window(self, center: tuple[float, float], side_m: float) -> CityMap:
-        """Return a square piece of the map; see :func:`sloop_ppl.maps.window.window`."""
-        return window(self, center, side_m)
+        """Return a square piece of the map as a map of its own.
+
+        Parameters
+        ----------
+        center
+            x and y of the middle of the piece, metres.
+        side_m
+            Its side, metres, > 0. Where it reaches over the map's border it is cut there.
+
+        Returns
+        -------
+        CityMap
+            The landmarks that reach into the piece, cut at its border. Frame, cell size and ids
+            stay: a place has the same coordinates on both. A poi keeps its `within` when that
+            building is in the piece too.
+
+        Raises
+        ------
+        InputError
+            When `side_m` is not a positive number.
+        OutsideMap
+            When the centre is not on the map.
+
+        Examples
+        --------
+        >>> from sloop_ppl.maps import load_map
+        >>> load_map("cleveland").window((0, 0), 50).grid.shape
+        (11, 11)
+        """
+        x, y = center
+        if not (math.isfinite(side_m) and side_m > 0):
+            raise InputError(f"side_m is {side_m}; expected a positive number of metres")
+        grid, half = self.grid, side_m / 2
+        grid.cell_at(x, y)  # refuses a centre that is not on the map
+        west, south = max(x - half, grid.west_m), max(y - half, grid.south_m)
+        east, north = min(x + half, grid.east_m), min(y + half, grid.north_m)
+        inside = []
+        for i in self.reaching_into(shapely.box(west, south, east, north)):
+            geometry = clip(self.landmarks[i].geometry, (west, south, east, north))
+            if geometry is not None:
+                inside.append(replace(self.landmarks[i], geometry=geometry))
+        ids = {m.id for m in inside}
+        landmarks = tuple(m if m.within in ids else replace(m, within=None) for m in inside)
+        smaller = Grid(west, south, east, north, grid.cell_m, grid.centre)
+        return replace(self, grid=smaller, landmarks=landmarks, _cache={})
 
     def bearing_to_nearest_path(self, landmark_id: str) -> float | None:
         """Return the direction from a landmark's centroid to the nearest path, radians.
@@ -219,6 +262,7 @@ class CityMap:
         if path is None:
             return None
         _, (foot_x, foot_y) = shapely.get_coordinates(shapely.shortest_line(point, path.geometry))
+        # Nearer than a micrometre there is no direction.
         if math.hypot(foot_x - x, foot_y - y) < 1e-6:
             return None
         return math.atan2(foot_y - y, foot_x - x)
@@ -230,11 +274,7 @@ class CityMap:
 
     def derived(self, what: str, make: Callable[[], T]) -> T:
         """Return what `make` computes from this map, computed once and kept under a name."""
-        key = "derived", what
-        if key not in self._cache:
-            self._cache[key] = make()
-        kept: T = self._cache[key]
-        return kept
+        return self._kept(("derived", what), make)
 
     def with_grid(self, grid: Grid) -> CityMap:
         """Return the same landmarks on other cells."""
@@ -243,23 +283,19 @@ class CityMap:
     @property
     def digest(self) -> str:
         """Hash of name, grid and landmarks, by which saved results know their map."""
-        if ("", "digest") not in self._cache:
-            payload = json.dumps(
-                [
-                    self.name,
-                    self.grid.shape,
-                    self.grid.extent_m,
-                    [[m.id, m.kind, m.name, m.geometry.wkt] for m in self.landmarks],
-                ]
-            )
-            self._cache["", "digest"] = hashlib.sha256(payload.encode()).hexdigest()[:16]
-        digest: str = self._cache["", "digest"]
-        return digest
+        return self._kept(("", "digest"), self._digest)
+
+    def _digest(self) -> str:
+        landmarks = [[m.id, m.kind, m.name, m.geometry.wkt] for m in self.landmarks]
+        payload = json.dumps([self.name, self.grid.shape, self.grid.extent_m, landmarks])
+        return _hash(payload.encode())[:16]
 
     def _cached(self, what: str, landmark_id: str, make: Callable[[Landmark], T]) -> T:
-        key = what, landmark_id
+        return self._kept((what, landmark_id), lambda: make(self.landmark(landmark_id)))
+
+    def _kept(self, key: tuple[str, str], make: Callable[[], T]) -> T:
         if key not in self._cache:
-            self._cache[key] = make(self.landmark(landmark_id))
+            self._cache[key] = make()
         value: T = self._cache[key]
         return value
 
@@ -271,6 +307,7 @@ class CityMap:
             around = self._index(buildings, widened=False).containing(landmark.geometry)
             if len(around):
                 return buildings[around[0]].geometry
+        # At least a cell wide, else a narrow path would slip between the centres of cells.
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             width = max(landmark.width_m or 0.0, self.grid.cell_m)
             return landmark.geometry.buffer(width / 2)
@@ -283,6 +320,7 @@ class CityMap:
             self.grid,
             touched_cells(self.grid, footprint),
             (float(centre.x), float(centre.y)),
+            # The longer side of the bounding box, the extent of a landmark in the likelihoods.
             max(max_x - min_x, max_y - min_y),
         )
 
@@ -291,11 +329,14 @@ class CityMap:
 
         `widened` asks for what they cover, else it is their geometry.
         """
+        # By identity: comparing tuples of thousands of landmarks would cost more than the search.
         key = ("index of footprints" if widened else "index", str(id(among)))
         if key in self._cache:
             kept: NearestIndex = self._cache[key]
             return kept
         index = NearestIndex([self.footprint(m.id) if widened else m.geometry for m in among])
+        # An index is kept only for a tuple that the map keeps, too: the id of another may be used
+        # again.
         known = among is self.landmarks or any(
             among is value
             for (what, _), value in self._cache.items()

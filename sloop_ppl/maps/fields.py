@@ -83,17 +83,5 @@ class LandmarkFields:
 def landmark_fields(
     grid: Grid, cells: NDArray[np.bool_], centroid: tuple[float, float], extent_m: float
 ) -> LandmarkFields:
-    """Return the fields of a landmark, given its cells and its centroid.
-
-    Parameters
-    ----------
-    grid
-        The grid the cells lie on.
-    cells
-        True on the landmark, at least once, shape (H, W).
-    centroid
-        x and y of the landmark's centroid, metres.
-    extent_m
-        The longer side of its bounding box, metres.
-    """
+    """Return the fields of a landmark; the arguments are those of `LandmarkFields`."""
     return LandmarkFields(grid, cells, centroid, extent_m)

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterable, Sequence
 from rapidfuzz import fuzz
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.landmark import Landmark
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["find", "kind_words"]
 
+# Ratio of rapidfuzz, 0 to 100: one wrong letter in five still counts as the same name.
 _FUZZY_FROM = 80.0
 _ARTICLES = ("the ", "a ", "an ")
+# From the tag that says what people call it to the one that says least.
 _KIND_TAGS = (
     "amenity", "shop", "cuisine", "tourism", "leisure", "office", "craft", "historic",
     "healthcare", "religion", "building", "man_made", "railway", "public_transport", "natural",
@@ -57,8 +59,6 @@ def find(landmarks: Sequence[Landmark], name: str, limit: int = 5) -> tuple[Land
 
     Parameters
     ----------
-    landmarks
-        Where to look.
     name
         A name, an id, an alias or a kind ("the cafe", "bank"); case, accents, punctuation and a
         leading article do not matter.
@@ -109,6 +109,7 @@ def kind_words(landmark: Landmark) -> tuple[str, ...]:
     values = [] if landmark.kind == "poi" else [landmark.kind]
     for tag in _KIND_TAGS:
         value = landmark.properties.get(tag)
+        # "yes" says that it is one, not which kind.
         if isinstance(value, str) and value not in ("yes", "no"):
             values += [part.strip().replace("_", " ") for part in value.split(";")]
     words = [w for value in values for w in (value, *_SAID_FOR.get(value, ())) if w]
@@ -119,6 +120,7 @@ def _spelt_alike(landmarks: Sequence[Landmark], asked: str, limit: int) -> tuple
     scored = []
     for i, landmark in enumerate(landmarks):
         names = [folded(n) for n in (landmark.name or "", *landmark.aliases) if n]
+        # "3rd Street" is not "2nd Street", however alike they are spelt.
         same = [n for n in names if _digits(n) == _digits(asked)]
         best = max((_similarity(asked, _without_article(n)) for n in same), default=0.0)
         if best >= _FUZZY_FROM:

@@ -11,16 +11,20 @@ from typing import Any, Protocol, TypeVar
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import PATH_KINDS, Landmark
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["Facing", "Frontage", "frontage", "streets_of"]
 
 T = TypeVar("T")
 
+# As far as a street may run from a wall and still be the street of the building: a front yard or a
+# forecourt, less than a block.
 _ALONG_M = 40.0
+# Mapped walls and doors miss one another by up to this.
 _ON_WALL_M = 0.5
+# The abbreviations of the US Postal Service, without which "Main Street" is not "Main St".
 _SHORTENED = {
     "street": "st", "avenue": "ave", "av": "ave", "boulevard": "blvd", "road": "rd",
     "drive": "dr", "place": "pl", "court": "ct", "lane": "ln", "square": "sq", "terrace": "ter",
@@ -114,15 +118,8 @@ def frontage(city: _City, building_id: str) -> Frontage:
 
     Parameters
     ----------
-    city
-        The map.
     building_id
         Id of a building, or of anything else that stands somewhere.
-
-    Raises
-    ------
-    UnknownName
-        When the map has no such landmark.
 
     Notes
     -----
@@ -147,10 +144,6 @@ def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tup
 
     Parameters
     ----------
-    city
-        The map.
-    building_id
-        Id of the building.
     within_m
         How far a street may be from the building's wall, metres.
 
@@ -159,11 +152,6 @@ def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tup
     tuple of Landmark
         Named streets, service roads and pedestrian ways within reach that no other building
         stands in front of.
-
-    Raises
-    ------
-    UnknownName
-        When the map has no such landmark.
     """
     building = city.landmark(building_id)
     walls = city.footprint(building_id)
@@ -173,6 +161,8 @@ def streets_of(city: _City, building_id: str, within_m: float = _ALONG_M) -> tup
         street = city.landmarks[i]
         if street.kind not in PATH_KINDS or street.name is None or street.id == building_id:
             continue
+        # The shortest line of sight decides: who stands behind another building is not on the
+        # street.
         sight = shapely.shortest_line(walls, street.geometry)
         if sight.length <= within_m and not _blocked(city, sight, building):
             found.append((sight.length, i, street))
@@ -269,7 +259,10 @@ def _outward(building: Landmark, door: shapely.Point) -> float | None:
             along = (end - start) / wall.length
             middle = wall.interpolate(wall.project(door))
             for side in (1.0, -1.0):
+                # (dy, -dx) is the normal on the right of the wall; rings run either way, so both
+                # are tried.
                 normal = side * along[1], -side * along[0]
+                # 5 cm off the wall: outside is where the building is not.
                 step = shapely.Point(middle.x + 0.05 * normal[0], middle.y + 0.05 * normal[1])
                 if not building.geometry.contains(step):
                     east, north = east + normal[0], north + normal[1]

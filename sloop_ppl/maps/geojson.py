@@ -14,11 +14,11 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import MapError
+from sloop_ppl.maps._shapes import project, repair
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import Landmark
 from sloop_ppl.maps.schema import check_schema, fault
-from sloop_ppl.maps.shapes import project, repair
 
 __all__ = ["from_geojson", "to_geojson"]
 
@@ -76,6 +76,7 @@ def to_geojson(city: CityMap) -> dict[str, Any]:
     if grid.centre is None:
         raise MapError(f"Map '{city.name}' has no centre on earth and cannot be written as GeoJSON")
     west, south, east, north = grid.extent_m
+    # Square maps round their centre are written in the short form.
     square = -west == east == -south == north
     data: dict[str, Any] = {
         "type": "FeatureCollection",

@@ -17,6 +17,7 @@ __all__ = ["Grid"]
 # Keeps floor(side / cell) right when the quotient is a whole number but for rounding.
 _SLACK = 1e-9
 
+# A table of float64 over them takes 400 MB; more is a slip of the pen in cell_m.
 _MAX_CELLS = 50_000_000
 
 
@@ -135,6 +136,7 @@ class Grid:
     @cached_property
     def y_m(self) -> NDArray[np.float64]:
         """North coordinate of the cell centres by row, metres, shape (n_rows,)."""
+        # Cells are laid from the north, rows counted from the south.
         rows = np.arange(self.n_rows, dtype=np.float64)[::-1]
         y: NDArray[np.float64] = self.north_m - (rows + 0.5) * self.cell_m
         return y
@@ -169,6 +171,7 @@ class Grid:
         OutsideMap
             When no cell covers the point.
         """
+        # floor, not int: int would round -0.5 to column 0, which is off the map.
         col = math.floor((x_m - self.west_m) / self.cell_m + _SLACK)
         row = self.n_rows - 1 - math.floor((self.north_m - y_m) / self.cell_m + _SLACK)
         if not (0 <= row < self.n_rows and 0 <= col < self.n_cols):
@@ -210,6 +213,7 @@ class Grid:
         It is the cell's centre, or the nearest place to it where that lies on the overhang.
         """
         x, y = self.centre_of(row, col)
+        # Only the east and the south overhang.
         return min(x, self.east_m), max(y, self.south_m)
 
     def row_from_north(self, row: int) -> int:
@@ -249,4 +253,5 @@ class Grid:
         from pyproj import Proj
 
         lat, lon = self.centre
+        # Azimuthal equidistant: distances and bearings from the centre are true.
         return Proj(proj="aeqd", lat_0=lat, lon_0=lon, datum="WGS84", units="m")

@@ -13,6 +13,7 @@ from sloop_ppl.maps.grid import Grid
 
 __all__ = ["touched_cells"]
 
+# Sides of blocks in cells; each is split into 4 x 4 of the next.
 _BLOCKS = (64, 16, 4, 1)
 # Blocks are tested a little larger than they are, so that rounding loses no cell on their border.
 _SLACK_M = 1e-6
@@ -58,11 +59,12 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
         return
     sizes = [size for size in _BLOCKS if size <= max(c1 - c0, r1 - r0)]
     half = grid.cell_m / 2
-    rows, cols = _corners(r0, r1, sizes[0]), _corners(c0, c1, sizes[0])
+    rows, cols = np.arange(r0, r1, sizes[0]), np.arange(c0, c1, sizes[0])
     row, col = (a.ravel() for a in np.meshgrid(rows, cols, indexing="ij"))
     shapely.prepare(geometry)
     for size, finer in zip(sizes, [*sizes[1:], None], strict=True):
         last_row, last_col = np.minimum(row + size, r1) - 1, np.minimum(col + size, c1) - 1
+        # Single cells are tested as they are.
         slack = _SLACK_M if finer else 0.0
         boxes = shapely.box(
             grid.x_m[col] - half - slack,
@@ -70,6 +72,7 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
             grid.x_m[last_col] + half + slack,
             grid.y_m[last_row] + half + slack,
         )
+        # Wholly inside: all of its cells. Partly: split. Outside: dropped.
         hit = shapely.intersects(geometry, boxes)
         if finer is None:
             cells[row[hit], col[hit]] = True
@@ -78,10 +81,6 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
         for r, c in zip(row[inside], col[inside], strict=True):
             cells[r : min(r + size, r1), c : min(c + size, c1)] = True
         row, col = _split(row[hit & ~inside], col[hit & ~inside], size, finer, r1, c1)
-
-
-def _corners(first: int, last: int, size: int) -> NDArray[np.intp]:
-    return np.arange(first, last, size)
 
 
 def _split(
@@ -111,6 +110,7 @@ def _nearest_cell(grid: Grid, geometry: BaseGeometry) -> tuple[int, int]:
 
 def _window(low: float, high: float, cell_m: float, count: int) -> tuple[int, int]:
     """Return the half-open range of indices whose closed cells may meet ``[low, high]``."""
+    # One cell more on either side: a closed square touches its neighbours.
     first = max(math.floor(low / cell_m) - 1, 0)
     last = min(math.floor(high / cell_m) + 2, count)
     return first, max(last, first)

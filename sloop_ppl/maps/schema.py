@@ -14,6 +14,7 @@ from sloop_ppl.errors import MapError
 
 __all__ = ["check_schema", "fault", "map_schema"]
 
+# Letters of a value that an error message shows.
 _SHOWN = 40
 
 
@@ -30,8 +31,6 @@ def check_schema(data: Any, source: str) -> None:
 
     Parameters
     ----------
-    data
-        What :mod:`json` parsed.
     source
         What to call the input in messages.
 
@@ -68,13 +67,15 @@ def _as_map_error(error: jsonschema_rs.ValidationError, data: Any, source: str) 
         path = ["type"]
     missing = None
     if broken == "required":
-        missing = _first_missing(_follow(map_schema(), rule), _follow(data, path))
+        found = _follow(data, path)
+        missing = next(str(n) for n in _follow(map_schema(), rule) if n not in found)
         path = [*path, missing]
+    # The one anyOf of the schema: half_extent_m or extent_m.
     if broken == "anyOf":
         path, missing = ["half_extent_m"], "half_extent_m"
     expected = _expectation(rule, missing)
-    found = "is missing" if missing else f"is {_shown(_follow(data, path))}"
-    return _named(data, path, source, f"{found}; expected {expected}")
+    fact = "is missing" if missing else f"is {_shown(_follow(data, path))}"
+    return _named(data, path, source, f"{fact}; expected {expected}")
 
 
 def _named(data: Any, path: Sequence[str | int], source: str, what: str) -> MapError:
@@ -103,10 +104,6 @@ def _expectation(rule: Sequence[str | int], missing: str | None) -> str:
         if "$ref" in part:
             part = map_schema()["definitions"][part["$ref"].rpartition("/")[2]]
     return str(part["description"])
-
-
-def _first_missing(required: Any, found: Any) -> str:
-    return next(str(name) for name in required if name not in found)
 
 
 def _follow(data: Any, path: Sequence[str | int]) -> Any:

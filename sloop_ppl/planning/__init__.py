@@ -14,12 +14,11 @@ from sloop_ppl.planning.config import ROLLOUTS, SearchConfig
 
 if TYPE_CHECKING:
     from sloop_ppl.planning._compile import notify_compiling
-    from sloop_ppl.planning._warm_up import warm_up
     from sloop_ppl.planning.baselines import Greedy, Random
     from sloop_ppl.planning.belief import GridBelief
     from sloop_ppl.planning.environment import Environment, GridEnvironment, Outcome, Report
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
-    from sloop_ppl.planning.fast import Fast
+    from sloop_ppl.planning.fast import Fast, warm_up
     from sloop_ppl.planning.files import read_episode, write_episode
     from sloop_ppl.planning.loop import run_search
     from sloop_ppl.planning.models import (
@@ -118,11 +117,10 @@ __all__ = [
 
 _HOMES = {
     "_compile": ("notify_compiling",),
-    "_warm_up": ("warm_up",),
     "belief": ("GridBelief",),
     "environment": ("Environment", "GridEnvironment", "Outcome", "Report"),
     "episode": ("Episode", "PlanInfo", "SearchInterrupted", "Step"),
-    "fast": ("Fast",),
+    "fast": ("Fast", "warm_up"),
     "files": ("read_episode", "write_episode"),
     "baselines": ("Greedy", "Random"),
     "loop": ("run_search",),

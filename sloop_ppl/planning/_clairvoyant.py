@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._search_tables import next_poses
+from sloop_ppl.planning.obstacles import Offsets
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
@@ -25,8 +26,6 @@ From 1.3 to 2 it makes no difference to what the plans are worth.
 
 FLOOD_POSES = 2_000_000
 """Poses up to which shortest ways are counted; beyond they are estimated."""
-
-Offsets = tuple[tuple[int, int], ...]
 
 
 class Rewards(NamedTuple):
@@ -61,10 +60,7 @@ def rewards_of(space: SearchSpace) -> Rewards:
 def clairvoyant_bounds(space: SearchSpace) -> NDArray[np.float32]:
     """Return the discounted return of driving to a known target and finding it, by offset.
 
-    Parameters
-    ----------
-    space
-        The search space; its obstacles are left out.
+    Obstacles are left out.
 
     Returns
     -------
@@ -80,6 +76,7 @@ def clairvoyant_bounds(space: SearchSpace) -> NDArray[np.float32]:
 def _bounds(
     shape: tuple[int, int], moves: bytes, fans: tuple[Offsets, ...], rewards: Rewards
 ) -> NDArray[np.float32]:
+    # Bytes, because an array cannot be a key of the cache.
     offsets = np.frombuffer(moves, dtype=np.int64).reshape(3, HEADINGS, 3)
     wide = 2 * shape[0] - 1, 2 * shape[1] - 1
     few = wide[0] * wide[1] * HEADINGS <= FLOOD_POSES
@@ -102,6 +99,7 @@ def known_value(rewards: Rewards, moves: NDArray[np.float64]) -> NDArray[np.floa
     """
     steps = STRETCH * moves
     weight = rewards.discount**steps
+    # With g = 1 the geometric sum is n itself.
     spent = (1 - weight) / (1 - rewards.discount) if rewards.discount < 1 else steps
     value: NDArray[np.float64] = rewards.move * spent + weight * rewards.right
     return value
@@ -111,6 +109,7 @@ def origins_of(nexts: NDArray[np.int32]) -> Origins:
     """Return the moves backwards, given the pose after each move, shape (A, P)."""
     flat, n_poses = nexts.ravel(), nexts.shape[1]
     counts = np.bincount(flat, minlength=n_poses)
+    # Compressed rows (CSR): sorted by where a move leads; modulo P leaves where it came from.
     poses = (np.argsort(flat, kind="stable") % n_poses).astype(np.int32)
     return Origins(np.concatenate([[0], np.cumsum(counts)]), poses)
 
@@ -128,8 +127,6 @@ def count_moves(
         Odd numbers of offsets, rows and columns.
     offsets
         Rows, columns and eighths of a turn of each move by heading, shape (A, 8, 3).
-    fans
-        What is in view, by heading.
 
     Returns
     -------
@@ -149,6 +146,7 @@ def count_moves(
         dtype=np.int64,
     )
     n_poses = rows * cols * HEADINGS
+    # rows + cols stands for what is never brought into view.
     steps = np.full(n_poses, rows + cols, dtype=np.int32)
     left = np.ones(n_poses, dtype=bool)
     depth = 0
@@ -175,8 +173,10 @@ def estimate_moves(
     row, col = row - shape[0] // 2, col - shape[1] // 2
     reach = max((np.hypot(*cell) for fan in fans for cell in fan), default=0.0)
     step = max(np.hypot(*offsets[0, 0, :2]), 1.0)
+    # Straight ahead in steps of the length of a move east, until the target is within reach.
     far = np.maximum(np.hypot(row, col) - reach, 0.0) / step
     ahead = heading * 2 * np.pi / HEADINGS
+    # The angle off the heading, wrapped to [-pi, pi), in turns.
     off = np.abs((np.arctan2(row, col) - ahead + np.pi) % (2 * np.pi) - np.pi)
     turn = max(int(offsets[1, heading, 2]), 1) * 2 * np.pi / HEADINGS
     steps: NDArray[np.float64] = far + np.round(off / turn)

@@ -127,6 +127,7 @@ class _ForgivingCache(FunctionCache):
 def _source_stamp(filename: str) -> str:
     """Return a hash of a function's own file and of those whose functions it may have inlined."""
     digest = hashlib.sha256()
+    # Inlined functions live in the modules _*.py: a change in any of them makes machine code stale.
     for path in sorted({Path(filename), *Path(__file__).parent.glob("_*.py")}):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -95,11 +95,14 @@ class NativeFunctions(NamedTuple):
 @callable_part
 def uniform(random: Random) -> float:
     """Return the next number in [0, 1) of a stream, a vector of one uint64 (splitmix64)."""
+    # Steele, Lea and Flood, Fast splittable pseudorandom number generators (2014): the whole state
+    # is one uint64, which a kernel can be handed in an array.
     random[0] += np.uint64(0x9E3779B97F4A7C15)
     z = random[0]
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
+    # The upper 53 bits are what a float64 holds.
     return np.float64(z >> np.uint64(11)) * (1.0 / 9007199254740992.0)  # 2 ** -53
 
 

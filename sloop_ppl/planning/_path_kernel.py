@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import Objective, PathMap, cost
-from sloop_ppl.planning._path_state import PathState, go_to, undo
+from sloop_ppl.planning._path_map import Objective, PathMap, PathState, cost, go_to, undo
 from sloop_ppl.planning._value_bound import ValueBound, bound_from, target_bound
 
 __all__ = [
@@ -176,6 +175,7 @@ def _expand(
     n_blocks: int,
 ) -> tuple[float, float]:
     """Return the detection mass D of a pose and the value V that the rest promises from there."""
+    # A pose is cell * 8 + heading. Cells seen before have f < 1 and give less; with h = 1, nothing.
     row, col = (pose >> 3) // path_map.n_cols, (pose >> 3) % path_map.n_cols
     detected, centre, heading = 0.0, path_map.cell[pose], pose & 7
     # V = sum over blocks of (M_b - lost_b) * v(p, b), from the sum kept for the empty path.
@@ -189,6 +189,7 @@ def _expand(
             detected += seen
             block = int64(value_bound.block[cell])
             ahead -= seen * target_bound(value_bound, block, pose, row, col)
+    # What the path so far has taken from the blocks is taken off V, too.
     for i in range(n_blocks):
         block = state.lost[i].block
         ahead -= state.lost[block].mass * target_bound(value_bound, block, pose, row, col)
@@ -214,8 +215,11 @@ def _extend(
     showed less than the two turns cost.
     """
     here, barred = tree[node], -1
+    # A turn and its undoing cost -2 r L and have earned R D: where that is less, the path is worse
+    # than the one without them.
     unpaid = objective.right * here.detected < -2.0 * objective.move * here.remaining
     if objective.hit >= 1.0 and node > 0 and here.move > 0 and unpaid:
+        # left (1) undone by right (2), and the other way round
         barred = 3 - here.move
     for move in range(3):
         after = int64(path_map.next_pose[move, here.pose])
@@ -224,6 +228,7 @@ def _extend(
         n_blocks = state.levels[level].n_blocks
         detected, ahead = _expand(path_map, objective, value_bound, state, after, n_blocks)
         now = cost(path_map, objective, here.pose, move, here.remaining)
+        # G_t of the module; `weight` is g ** (t - 1).
         past = here.past + weight * (now + objective.discount * objective.right * detected)
         path = found.paths[count]
         path.pose, path.parent, path.move = after, node, move
@@ -245,6 +250,7 @@ def _repeats(tree: NDArray[Any], found: Candidates, candidate: int, level: int) 
     remaining = tree[path.parent].remaining - path.detected
     node = int64(last.node)
     while node >= 0:
+        # Paths to one pose that have seen the same have the same L, but for the order of the sum.
         gap = tree[node].remaining - remaining
         if -1e-12 < gap < 1e-12:
             return True
@@ -261,6 +267,7 @@ def _keep(tree: NDArray[Any], found: Candidates, candidate: int, level: int, nod
     parent.child[path.move] = node
     for move in range(3):
         new.child[move] = -1
+    # `twin` chains the nodes of one level at one pose, for `_repeats`.
     new.first = path.move if path.parent == 0 else parent.first
     new.detected, new.past, new.ahead = path.detected, path.past, path.ahead
     new.remaining, new.visits = parent.remaining - path.detected, 0
@@ -306,16 +313,10 @@ def explore(
 
     Parameters
     ----------
-    path_map, objective, value_bound
-        The map, what counts, and what is promised.
     tree
         Array of `NODE`, shape (N,); node 0 is the root, with its pose and remaining mass set.
-    state, found
-        Room.
     sims
         How many simulations to run, about.
-    depth
-        How many moves T the paths have.
     hint
         Moves of a path to go on with in any case, such as the rest of the last plan.
     """
@@ -335,8 +336,12 @@ def explore(
         spent += count
         # How many to keep, so that the simulations that are left suffice for the levels below.
         levels = depth - level - 1 if level < depth - 1 else 1
+        # A kept path brings count / (end - begin) extensions, each a simulation, on each level
+        # below: width * levels * count / (end - begin) = sims - spent.
         width = (sims - spent) * (end - begin) // (levels * (count if count > 0 else 1))
         width = width if width > 1 else 1
+        # Every kept path has up to 3 extensions, which must fit into the heap, with room for the 4
+        # that may be wanted above the width: one for each first move, and the hint.
         most = len(found.heap) // 3 - 4
         width = width if width < most else most
         # Some are kept in any case: the best beginning with each first move, and the hint's.
@@ -352,6 +357,7 @@ def explore(
             musts |= 8
         begin, hinted = end, -1
         for rest in range(count, 0, -1):
+            # Places are held free for those that are wanted but have not come off the heap yet.
             wanted = (musts & 1) + (musts >> 1 & 1) + (musts >> 2 & 1) + (musts >> 3)
             if (end - begin >= width and wanted == 0) or end == len(tree):
                 break
@@ -362,6 +368,7 @@ def explore(
             must = musts >> first & 1 or candidate == follower
             if end - begin + wanted >= width and not must:
                 continue
+            # The best of each first move is kept even where another path has led to the same.
             if not must and _repeats(tree, found, candidate, level):
                 continue
             musts &= ~(1 << first)

@@ -1,31 +1,38 @@
-"""The map and what counts on it, as arrays for the path search, and the greedy path over them.
+"""What the path search runs on: map and objective as arrays, and what a path has seen of the map.
+
+With hit rate h and mass m of a cell, a path leaves the share f of the mass; each look makes it
+``f * (1 - h)``. Going on to a path beside it takes back and marks anew only where the two differ.
 
 Legend: P poses, numbered ``(row * W + column) * 8 + heading``; K cells of the largest fan; R
-largest offset in a fan; G cells of the bordered map, that is (H + 2 R) * (W + 2 R).
+largest offset in a fan; G cells of the bordered map, that is (H + 2 R) * (W + 2 R); B blocks; T
+levels of the tree.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._search_tables import next_poses, search_data
+from sloop_ppl.planning._search_tables import next_poses, reach_of, search_data
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = [
     "Objective",
     "PathMap",
+    "PathState",
     "Scouts",
     "cost",
     "detection_masses",
+    "go_to",
     "greedy_path",
+    "new_path_state",
     "new_scouts",
     "path_map_of",
-    "reach_of",
+    "undo",
 ]
 
 
@@ -92,11 +99,6 @@ class Scouts(NamedTuple):
     queue: NDArray[np.int32]
 
 
-def reach_of(space: SearchSpace) -> int:
-    """Return the width R of the border: how far the sensor sees, in whole cells."""
-    return max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
-
-
 def path_map_of(space: SearchSpace) -> PathMap:
     """Return the map as arrays, with a border as wide as the sensor sees."""
     data, reach = search_data(space), reach_of(space)
@@ -104,10 +106,12 @@ def path_map_of(space: SearchSpace) -> PathMap:
     row, col = np.divmod(
         np.arange(space.n_cells * HEADINGS, dtype=np.int32) // HEADINGS, space.n_cols
     )
+    # Of the outcomes of a move the first is the most probable, which is all the path search counts.
     blocked = np.ascontiguousarray(data.blocked[:, 0]) if len(data.blocked) else None
     return PathMap(
         next_pose=next_poses(space.shape, space.move_table.offsets[:, :, 0], blocked),
         collides=np.zeros((0, 0), dtype=bool) if blocked is None else blocked,
+        # A border R wide on all sides: a fan reaches cells that hold no mass instead of other rows.
         cell=((row + reach) * width + col + reach).astype(np.int32),
         fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
         sizes=data.fan_sizes,
@@ -122,6 +126,8 @@ def cost(path_map: PathMap, objective: Objective, pose: int, move: int, remainin
     reward = objective.move
     if len(path_map.collides) > 0 and path_map.collides[move, pose]:
         reward = objective.collision
+    # The search goes on, and the move is paid, with probability min(L, 1) at most: for one target
+    # L is the probability that it was not detected yet.
     return reward * remaining if remaining < 1.0 else reward
 
 
@@ -137,19 +143,9 @@ def greedy_path(
     """Fill in the moves to the pose with the most discounted mass in view; return how many.
 
     It is the path of the planner ``greedy``: to the first pose p, by number of moves n(p), that
-    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``.
-
-    Parameters
-    ----------
-    path_map, objective
-        The map, and what counts.
-    start
-        The robot's pose.
-    scouts
-        Room.
-    moves
-        Room for the moves; a longer path is cut.
+    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``, as far as `moves` goes.
     """
+    # Breadth first: poses come off the queue in the order of n(p), and of equals the first wins.
     scouts.steps[:] = -1
     scouts.steps[start], scouts.queue[0] = 0, start
     head, tail, goal, best = 0, 1, start, 0.0
@@ -167,11 +163,13 @@ def greedy_path(
             for k in range(path_map.sizes[heading]):
                 if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
                     mass += objective.mass[centre + path_map.fans[heading, k]]
+            # 1e-9: rounding of the sums of m must not prefer a later pose.
             if discounted * mass > best * (1 + 1e-9):
                 goal, best = pose, discounted * mass
         for move in range(3):
             after = int64(path_map.next_pose[move, pose])
             if scouts.steps[after] < 0:
+                # Origin and move packed into one number, with room for 4 moves.
                 scouts.steps[after], scouts.origin[after] = scouts.steps[pose] + 1, 4 * pose + move
                 scouts.queue[tail] = after
                 tail += 1
@@ -195,20 +193,7 @@ def detection_masses(
     """Fill in how many targets each pose of a path is expected to be the first to show.
 
     At pose t it is ``hit * sum of m over its view``, after which each m there becomes
-    ``(1 - hit) * m``.
-
-    Parameters
-    ----------
-    path_map
-        The map.
-    mass
-        Expected number of targets by cell of the bordered map, shape (G,); changed.
-    hit
-        Probability of detecting what is in view.
-    poses
-        The path.
-    detected
-        All zeros; filled in, shape as `poses`.
+    ``(1 - hit) * m``: `mass`, shape (G,), is changed. `detected` is all zeros before.
     """
     for i in range(len(poses)):
         pose = poses[i]
@@ -218,3 +203,121 @@ def detection_masses(
                 cell = centre + path_map.fans[heading, k]
                 detected[i] += hit * mass[cell]
                 mass[cell] *= 1.0 - hit
+
+
+SEEN = np.dtype([("cell", np.int64), ("share", np.float64)])
+"""A cell that the path has seen, and the share f of its mass that was left before."""
+
+LOST = np.dtype([("mass", np.float64), ("block", np.int64)])
+"""Mass that a block has lost to the path. `block` is a list apart, of the blocks that have."""
+
+LEVEL = np.dtype(
+    [("n_seen", np.int64), ("n_blocks", np.int64), ("node", np.int64), ("wanted", np.int64)]
+)
+"""How many cells and blocks the path has seen, its node, and room for another path."""
+
+
+class PathState(NamedTuple):
+    """What one path has seen.
+
+    Attributes
+    ----------
+    factor
+        Share f of each cell's mass that is left, shape (G,); all ones at the root.
+    lost
+        Array of `LOST`, shape (B,).
+    seen
+        Array of `SEEN`, in the order in which cells were seen.
+    levels
+        Array of `LEVEL`, shape (T + 1,).
+    """
+
+    factor: NDArray[np.float64]
+    lost: NDArray[Any]
+    seen: NDArray[Any]
+    levels: NDArray[Any]
+
+
+def new_path_state(n_cells: int, n_blocks: int, depth: int, most: int) -> PathState:
+    """Return the state of the empty path; `most` is the number of cells of the largest view."""
+    return PathState(
+        # All ones: nothing was seen; `seen` has room for a whole view at each level.
+        factor=np.ones(n_cells),
+        lost=np.zeros(n_blocks, dtype=LOST),
+        seen=np.zeros((depth + 1) * most, dtype=SEEN),
+        levels=np.zeros(depth + 1, dtype=LEVEL),
+    )
+
+
+@inlined
+def _see(
+    path_map: PathMap,
+    objective: Objective,
+    block_of: NDArray[np.int32],
+    state: PathState,
+    pose: int,
+    level: int,
+) -> None:
+    """Mark what the pose at a level of the path shows: f becomes f * (1 - h) in its view."""
+    before, now = state.levels[level - 1], state.levels[level]
+    n_seen, n_blocks = before.n_seen, before.n_blocks
+    centre, heading = path_map.cell[pose], pose & 7
+    for k in range(path_map.sizes[heading]):
+        if len(path_map.hidden) > 0 and path_map.hidden[pose, k]:
+            continue
+        cell = centre + path_map.fans[heading, k]
+        share = state.factor[cell]
+        detected = objective.mass[cell] * share * objective.hit
+        # Cells without mass are not marked: nothing would have to be taken back.
+        if detected > 0.0:
+            state.factor[cell] = share * (1.0 - objective.hit)
+            state.seen[n_seen].cell, state.seen[n_seen].share = cell, share
+            n_seen += 1
+            block = block_of[cell]
+            # The first loss of a block enters it into the list `lost[:n_blocks].block`.
+            if state.lost[block].mass == 0.0:
+                state.lost[n_blocks].block = block
+                n_blocks += 1
+            state.lost[block].mass += detected
+    now.n_seen, now.n_blocks = n_seen, n_blocks
+
+
+@inlined
+def undo(
+    objective: Objective, block_of: NDArray[np.int32], state: PathState, level: int, to: int
+) -> None:
+    """Take back what the levels above `to` have marked, the last first."""
+    old, new = state.levels[level], state.levels[to]
+    # Backwards: a cell that was seen twice gets back the share from before the first look.
+    for i in range(old.n_seen - 1, new.n_seen - 1, -1):
+        cell, share = state.seen[i].cell, state.seen[i].share
+        state.factor[cell] = share
+        state.lost[block_of[cell]].mass -= objective.mass[cell] * share * objective.hit
+    for i in range(new.n_blocks, old.n_blocks):
+        state.lost[state.lost[i].block].mass = 0.0  # what rounding has left
+
+
+@inlined
+def go_to(
+    path_map: PathMap,
+    objective: Objective,
+    block_of: NDArray[np.int32],
+    tree: NDArray[Any],
+    state: PathState,
+    node: int,
+    level: int,
+    marked: int,
+) -> None:
+    """Mark what the path to a node at some level has seen, where `marked` levels of one are."""
+    levels = state.levels
+    # The path to the node from the leaf up, and how many of its first levels are marked already.
+    for i in range(level, 0, -1):
+        levels[i].wanted = node
+        node = tree[node].parent
+    same = 0
+    while same < level and same < marked and levels[same + 1].wanted == levels[same + 1].node:
+        same += 1
+    undo(objective, block_of, state, marked, same)
+    for i in range(same + 1, level + 1):
+        levels[i].node = levels[i].wanted
+        _see(path_map, objective, block_of, state, tree[levels[i].node].pose, i)

@@ -31,6 +31,7 @@ ROW, COL, HEADING, FOUND, FINDS, LOOKED, SEEN, CELLS = range(8)
 """Places in a state; from CELLS on come row and column of each target in turn. FOUND has one bit a
 target; SEEN is the number of the first unfound target that was just reported, plus one, or zero."""
 
+# A prime larger than the cells of most maps, by which the parts of a key are mixed.
 _MIX = 1_000_003
 
 State = NDArray[np.int64]
@@ -96,6 +97,7 @@ def _report(data: SearchData, state: State, row: int, col: int, random: Random) 
         if data.sigma > 0:
             at = _pick(data, state, row, col, data.sigma, random)
     elif data.false > 0 and uniform(random) < data.false:
+        # Infinite sigma: all weights are exp(0) = 1, any cell in view is as likely.
         at = _pick(data, state, row, col, np.inf, random)
     return at
 
@@ -157,6 +159,7 @@ def step(data: SearchData, state: State, action: int, random: Random) -> tuple[f
                 at = row * data.n_cols + col
             if at >= 0 and state[SEEN] == 0:
                 state[SEEN] = i + 1
+        # + 2 makes -1, for not seen, and every cell a number above zero.
         key = key * _MIX + at + 2  # of up to two targets keys never clash
     if data.n_outcomes > 1:
         pose = (state[ROW] * data.n_cols + state[COL]) * HEADINGS + state[HEADING]
@@ -178,6 +181,7 @@ def find(data: SearchData, state: State, action: int) -> tuple[float, int, bool]
     state[FOUND] = marks
     state[FINDS] += 1
     key = marks
+    # A find senses nothing: at = -1 for every target, of which -1 + 2 = 1 is mixed in.
     for _ in range(data.n_targets):
         key = key * _MIX + 1
     over = marks == (1 << data.n_targets) - 1 or state[FINDS] >= data.max_finds
@@ -211,12 +215,14 @@ def policy(data: SearchData, state: State, random: Random) -> int:
         east = state[CELLS + 2 * i + 1] - state[COL]
         if free and 2 * (north * dr + east * dc) > dr * dr + dc * dc:
             mask |= 1
+        # 1e-9: a target exactly on the direction half way is left alone, whatever rounding does.
         if data.aim[heading, 0, 0] * north - data.aim[heading, 0, 1] * east > 1e-9:
             mask |= 2
         if data.aim[heading, 1, 0] * north - data.aim[heading, 1, 1] * east > 1e-9:
             mask |= 4
     if mask == 0:
         mask = 7
+    # Which of the preferred moves, each as likely; mask >> 2 is 0 or 1.
     wanted = int64(uniform(random) * ((mask & 1) + (mask >> 1 & 1) + (mask >> 2)))
     for move in range(3):
         if mask >> move & 1:
@@ -312,13 +318,7 @@ register_native(SearchData, NativeFunctions(draw, legal, step, policy, rollout))
 
 
 class NativeSearch:
-    """The search as a `NativeModel`.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    """
+    """The search as a `NativeModel`."""
 
     def __init__(self, space: SearchSpace) -> None:
         self.space = space
@@ -343,6 +343,7 @@ class NativeSearch:
         """Return the key that `step` gives for an observation."""
         key = observation.found
         for at in observation.seen:
+            # Python does not overflow: masked to 64 bits here, and made signed at the end as int64.
             key = (key * _MIX + at + 2) & 0xFFFFFFFFFFFFFFFF
         if observation.pose >= 0:
             key = (key * _MIX + observation.pose + 2) & 0xFFFFFFFFFFFFFFFF

@@ -1,4 +1,4 @@
-"""The rules of the search as arrays, for machine code; all are derived from the search space.
+"""The rules of the search, and what holds of all poses at once, as arrays made of the search space.
 
 Legend: A = 3 moves; O outcomes of a move; K cells of the largest fan; R largest offset in a fan;
 P poses, numbered ``(row * W + column) * 8 + heading``.
@@ -6,6 +6,7 @@ P poses, numbered ``(row * W + column) * 8 + heading``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,18 @@ from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.sensors import MaskSensor
 from sloop_ppl.planning.space import SearchSpace
 
-__all__ = ["SearchData", "blocked_moves", "hidden_cells", "next_poses", "search_data"]
+__all__ = [
+    "Reach",
+    "SearchData",
+    "blocked_moves",
+    "hidden_cells",
+    "likeliest_poses",
+    "next_poses",
+    "reach_from",
+    "reach_of",
+    "search_data",
+    "visible_mass",
+]
 
 
 class SearchData(NamedTuple):
@@ -87,6 +99,11 @@ class SearchData(NamedTuple):
     right_turn: int
 
 
+def reach_of(space: SearchSpace) -> int:
+    """Return R, how far the sensor sees in whole cells."""
+    return max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
+
+
 def search_data(space: SearchSpace) -> SearchData:
     """Return a search space as arrays."""
     config = space.config
@@ -94,14 +111,15 @@ def search_data(space: SearchSpace) -> SearchData:
     sensor = space.sensor
     if not isinstance(sensor, MaskSensor):
         raise TypeError(f"sensor {type(sensor).__name__} sees no mask")
-    most = max(len(fan) for fan in space.fans)
-    reach = max((max(abs(r), abs(c)) for fan in space.fans for r, c in fan), default=0)
+    most, reach = max(len(fan) for fan in space.fans), reach_of(space)
     fan = np.zeros((HEADINGS, 2 * reach + 1, 2 * reach + 1), dtype=np.int32)
     fans = np.zeros((HEADINGS, most, 2), dtype=np.int64)
     for heading, cells in enumerate(space.fans):
         for place, (row, col) in enumerate(cells):
+            # + 1, so that 0 says that an offset is not in view.
             fan[heading, row + reach, col + reach] = place + 1
             fans[heading, place] = row, col
+    # What the quick rollout needs to know: one outcome, pure steps, turns alike from all headings.
     turns = offsets[1:, :, 0, 2]
     even = (turns == turns[:, :1]).all()
     still = not offsets[0, ..., 2].any() and not offsets[1:, ..., :2].any()
@@ -153,6 +171,7 @@ def next_poses(
         Where a move leaves the pose because of a building, shape (A, P); nowhere when None.
     """
     rows, cols = shape
+    # int32 holds the poses of 16,000 x 16,000 cells at half the memory traffic of int64.
     poses = np.arange(rows * cols * HEADINGS, dtype=np.int32)
     nexts = np.empty((len(offsets), rows, cols, HEADINGS), dtype=np.int32)
     here = poses.reshape(rows, cols, HEADINGS)
@@ -170,6 +189,7 @@ def next_poses(
 
 def _aim(offsets: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the direction half way to each turn, turned round for turns clockwise."""
+    # A turn clockwise is written as 5 to 7 eighths; half of it must be counted the short way.
     turn = (offsets[1:, :, 0, 2] + 4) % HEADINGS - 4  # eighths in [-4, 4), shape (2, 8)
     angle = (np.arange(HEADINGS) + turn / 2).T * 2 * np.pi / HEADINGS
     sign = np.sign(turn).T[..., None]
@@ -183,7 +203,7 @@ def hidden_cells(space: SearchSpace) -> NDArray[np.bool_]:
     most = max(len(fan) for fan in space.fans)
     hidden = np.zeros((space.n_cells * HEADINGS, most), dtype=bool)
     fans = [np.array(fan, dtype=np.intp).reshape(-1, 2).T for fan in space.fans]
-    reach = max((int(np.abs(fan).max()) for fan in fans if fan.size), default=0)
+    reach = reach_of(space)
     # a border as wide as the sensor sees, so that each offset has a cell
     wide = np.zeros((space.n_rows + 2 * reach, space.n_cols + 2 * reach), dtype=bool)
     inner = wide[reach : reach + space.n_rows, reach : reach + space.n_cols]
@@ -203,7 +223,75 @@ def blocked_moves(space: SearchSpace) -> NDArray[np.bool_]:
     blocked = np.zeros((len(offsets), offsets.shape[2], n_poses), dtype=bool)
     for move, heading, outcome in np.ndindex(*offsets.shape[:3]):
         rows, cols, _ = offsets[move, heading, outcome].tolist()
+        # A turn on the spot hits nothing.
         if rows or cols:
             for pose in range(heading, n_poses, HEADINGS):
                 blocked[move, outcome, pose] = space.blocks(pose, rows, cols)
     return blocked
+
+
+class Reach(NamedTuple):
+    """How poses are reached from one pose.
+
+    Attributes
+    ----------
+    steps
+        Fewest moves to each pose, at least one; -1 where it cannot be reached.
+    first
+        Index of the first of those moves; ties go to the earlier action.
+    """
+
+    steps: NDArray[np.int32]
+    first: NDArray[np.int8]
+
+
+def likeliest_poses(space: SearchSpace) -> NDArray[np.int32]:
+    """Return the most probable pose after each move from each pose, shape (A, P)."""
+    blocked = blocked_moves(space)[:, 0] if space.no_fly else None
+    return next_poses(space.shape, space.move_table.offsets[:, :, 0], blocked)
+
+
+def reach_from(pose: int, nexts: NDArray[np.int32]) -> Reach:
+    """Return the fewest moves from one pose to every other, by breadth-first search.
+
+    `nexts` is what `likeliest_poses` returned.
+    """
+    steps = np.full(nexts.shape[1], -1, dtype=np.int32)
+    first = np.zeros(nexts.shape[1], dtype=np.int8)
+    frontier, where = np.unique(nexts[:, pose], return_index=True)
+    label = where.astype(np.int8)
+    depth = 1
+    while frontier.size:
+        # Sorted by first move, np.unique keeps of equal poses the one with the earlier action.
+        order = np.argsort(label, kind="stable")
+        frontier, label = frontier[order], label[order]
+        steps[frontier], first[frontier] = depth, label
+        reached = nexts[:, frontier].T.ravel()
+        labels = np.repeat(label, 3)
+        new = steps[reached] < 0
+        frontier, where = np.unique(reached[new], return_index=True)
+        label = labels[new][where]
+        depth += 1
+    return Reach(steps, first)
+
+
+def visible_mass(space: SearchSpace, tables: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the expected number of targets in view from each pose, shape (P,).
+
+    `tables` are the beliefs of the targets to count, each of shape (H * W,).
+    """
+    if space.hides:
+        total = np.sum(tables, axis=0)
+        return np.array(
+            [total[list(space.view(pose))].sum() for pose in range(space.n_cells * HEADINGS)]
+        )
+    reach = reach_of(space)
+    # One shifted sum of the whole map for each place in the fan instead of one sum per pose.
+    padded = np.pad(np.sum(tables, axis=0).reshape(space.shape), reach)
+    mass = np.zeros((*space.shape, HEADINGS))
+    for heading, fan in enumerate(space.fans):
+        for dr, dc in fan:
+            mass[:, :, heading] += padded[
+                reach + dr : reach + dr + space.n_rows, reach + dc : reach + dc + space.n_cols
+            ]
+    return mass.ravel()

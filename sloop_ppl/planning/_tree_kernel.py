@@ -80,6 +80,8 @@ def new_scratch(depth: int) -> Scratch:
 
 def new_tree(capacity: int, n_actions: int) -> FlatTree:
     """Return an empty tree with room for a number of nodes."""
+    # K >= 2 V slots, so that at most half are full and linear probing stays short; K is a power of
+    # two, so that a slot is found with a mask instead of a division.
     slots = 1 << max(int(capacity * 2 - 1).bit_length(), 4)
     return FlatTree(
         np.zeros(capacity, dtype=np.int32),
@@ -97,6 +99,8 @@ def _slot(tree: FlatTree, parent: int, key: int) -> int:
     """Return the slot that holds the child, or the empty one where it belongs."""
     # Open addressing with linear probing; the tree never fills more than half of the K slots.
     mask = len(tree.slots) - 1
+    # Odd multipliers spread neighbouring keys: 2**64 / golden ratio (Fibonacci hashing), and that
+    # of the finaliser degski64.
     mixed = (np.uint64(parent) * np.uint64(0x9E3779B97F4A7C15)) ^ np.uint64(key)
     mixed = (mixed ^ (mixed >> np.uint64(32))) * np.uint64(0xD6E8FEB86659FD93)
     slot: int = int64(mixed >> np.uint64(33)) & mask  # of 31 well mixed bits
@@ -122,6 +126,7 @@ def _choose(tree: FlatTree, node: int, exploration: float) -> int:
     best, best_bound = -1, -np.inf
     for action in range(tree.counts.shape[1]):
         if tree.legal[node] >> action & 1:
+            # The bound of an action that was never tried is infinite: the first of them is taken.
             count = tree.counts[node, action]
             if count == 0:
                 return action
@@ -146,20 +151,12 @@ def grow(
 
     Parameters
     ----------
-    data, belief
-        The domain's data and the belief at the root.
     tree
         The tree; it must have room for one more node per simulation.
-    size
-        How many nodes it has.
-    budget
-        Parameters of the search.
     random
         Stream of random numbers, a vector of one uint64.
     state
         A vector to hold states, int64, shape (S,).
-    scratch
-        What `new_scratch` returned for the depth.
     """
     n_actions = tree.counts.shape[1]
     path, rewards = scratch.path, scratch.rewards
@@ -173,6 +170,8 @@ def grow(
         # Down the tree by UCB1, until an observation leads out of it or the horizon is reached.
         # numba compiles a function anew for a constant argument; int64 makes it a variable.
         node, level, total = int64(0), int64(0), 0.0
+        # As in pomdp_py, the tree is walked at depths 0 to `depth` (hence the depth + 1 places of
+        # `path` and `rewards`), while a rollout ends before `depth`.
         while level <= budget.depth:
             action = _choose(tree, node, budget.exploration)
             reward, key, over = native_step(data, state, action, random)
@@ -211,6 +210,7 @@ def _compact(tree: FlatTree, size: int, root: int, into: FlatTree, place: Any) -
     """Copy the nodes below a root; `place`, all -1, shape (V,), takes their new numbers."""
     n_actions = tree.counts.shape[1]
     kept = 0
+    # A node is in the subtree when its parent is; `place` maps old numbers to new ones.
     for node in range(root, size):  # parents come first, so theirs are known
         parent = -1
         if node != root:

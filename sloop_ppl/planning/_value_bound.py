@@ -24,7 +24,8 @@ from sloop_ppl.planning._clairvoyant import (
     rewards_of,
 )
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import PathMap, reach_of
+from sloop_ppl.planning._path_map import PathMap
+from sloop_ppl.planning._search_tables import reach_of
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
@@ -77,10 +78,13 @@ class ValueBound(NamedTuple):
 def value_bound_of(space: SearchSpace, path_map: PathMap) -> ValueBound:
     """Return the value bound of a map that holds nothing yet."""
     reach, n_poses = reach_of(space), space.n_cells * HEADINGS
+    # float32 takes 4 bytes: P * B of them fit into AROUND_BYTES.
     most = max(min(BLOCKS, AROUND_BYTES // (4 * n_poses)), 1) if space.no_fly else BLOCKS
+    # Square blocks of side**2 cells; ceil, so that there are no more than `most` of them.
     side = max(math.ceil(math.sqrt(space.n_cells / most)), 1)
     across = -(-space.n_cols // side)
     row, col = np.mgrid[: space.n_rows + 2 * reach, : space.n_cols + 2 * reach] - reach
+    # Cells of the border, which hold no mass, count to the nearest block.
     inside_row, inside_col = row.clip(0, space.n_rows - 1), col.clip(0, space.n_cols - 1)
     block = (inside_row // side * across + inside_col // side).ravel().astype(np.int32)
     middle_row, middle_col = np.mgrid[: -(-space.n_rows // side), :across] * side + side // 2
@@ -104,6 +108,7 @@ def target_bound(value_bound: ValueBound, block: int, pose: int, row: int, col: 
         value: float = value_bound.around[pose, block]
     else:
         bound, middle = value_bound.bound, value_bound.blocks[block]
+        # Offsets run from 1 - H to H - 1; the middle of the table is offset 0.
         north = middle.row - row + (bound.shape[1] - 1) // 2
         east = middle.col - col + (bound.shape[2] - 1) // 2
         value = bound[pose & 7, north, east]
@@ -114,6 +119,7 @@ def target_bound(value_bound: ValueBound, block: int, pose: int, row: int, col: 
 def bound_from(value_bound: ValueBound, pose: int, n_cols: int) -> float:
     """Return V(p), what all of the mass promises from a pose."""
     here = value_bound.taken[pose]
+    # Summed when first asked for: of the 8 H W poses a search visits few.
     if not here.known:
         row, col = (pose >> 3) // n_cols, (pose >> 3) % n_cols
         total = 0.0
@@ -130,23 +136,15 @@ def bound_from(value_bound: ValueBound, pose: int, n_cols: int) -> float:
 
 @jit
 def set_mass(value_bound: ValueBound, mass: NDArray[np.float64], n_cols: int) -> None:
-    """Take other masses of the blocks; sums are kept where few blocks changed but by a factor.
+    """Take other masses of the blocks, shape (B,); sums are kept where few changed but by a factor.
 
     After a look that showed nothing, all of the belief grows by one factor except in the few
     blocks in view. So ``V' = factor * V + sum over those blocks of (M'_b - factor * M_b) v(p, b)``.
-
-    Parameters
-    ----------
-    value_bound
-        Changed.
-    mass
-        Expected number of targets in each block, shape (B,).
-    n_cols
-        Columns of the map.
     """
     blocks, taken = value_bound.blocks, value_bound.taken
     scale, changed = 0.0, 0
     for block in range(len(mass)):
+        # The factor is the largest ratio: blocks in view have lost mass, others have grown alike.
         if blocks[block].mass > _NOTHING:
             ratio = mass[block] / blocks[block].mass
             scale = ratio if ratio > scale else scale
@@ -154,6 +152,7 @@ def set_mass(value_bound: ValueBound, mass: NDArray[np.float64], n_cols: int) ->
         blocks[block].mass *= scale
         gap = mass[block] - blocks[block].mass
         changed += gap > _NOTHING or gap < -_NOTHING
+    # A factor far from 1 would let the rounding of the mended sums grow; scale 0: all was empty.
     if changed > CHANGED or scale == 0.0 or not 1e-3 < scale < 1e3:
         for i in range(value_bound.n_taken[0]):
             taken[taken[i].pose].known = False
@@ -166,6 +165,7 @@ def set_mass(value_bound: ValueBound, mass: NDArray[np.float64], n_cols: int) ->
     for block in range(len(mass)):
         gap = mass[block] - blocks[block].mass
         blocks[block].mass = mass[block]
+        # O(changed blocks * known poses) instead of O(all blocks * poses asked for again).
         if gap > _NOTHING or gap < -_NOTHING:
             for i in range(value_bound.n_taken[0]):
                 pose = int64(taken[i].pose)
@@ -189,6 +189,7 @@ def _around_obstacles(
     steps, queue = np.empty(n_poses, dtype=np.int32), np.empty(n_poses, dtype=np.int32)
     for number in range(n_blocks):
         _flood(path_map, origins, block, number, steps, queue)
+        # What never comes into view is as far away as can be: it is worth a search without end.
         steps[steps < 0] = n_poses
         bounds[:, number] = known_value(rewards, steps.astype(np.float64))
     return bounds
@@ -218,6 +219,7 @@ def _flood(
                 steps[pose], queue[tail] = 0, pose
                 tail += 1
                 break
+    # `queue[head:tail]` are the poses whose origins have not been looked at yet.
     while head < tail:
         pose = int64(queue[head])
         head += 1

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from, visible_mass
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.planners import RunningPlanner
-from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction, SearchObservation
 from sloop_ppl.rng import scalar_rng
@@ -22,7 +22,26 @@ __all__ = ["Greedy", "Random", "find_value"]
 
 
 @dataclass(frozen=True)
-class Greedy:
+class _NoSettings:
+    """A planner without settings of its own."""
+
+    def settings(self, config: SearchConfig) -> SearchConfig:
+        """Return the settings as they are."""
+        return config
+
+
+class _NothingKept:
+    """A running planner that decides each step anew; the belief tells it all."""
+
+    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
+        """Learn nothing."""
+
+    def forget(self) -> None:
+        """Forget nothing."""
+
+
+@dataclass(frozen=True)
+class Greedy(_NoSettings):
     """Take the first move towards the pose that maximises ``discount ** steps * visible belief``.
 
     Every reachable pose counts, at its fewest steps, each move taken at its most probable outcome.
@@ -32,22 +51,18 @@ class Greedy:
 
     name = "greedy"
 
-    def settings(self, config: SearchConfig) -> SearchConfig:
-        """Return the settings as they are."""
-        return config
-
     def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
         """Return a planner for one search."""
         del rng
         return _GreedyRun(space)
 
 
-class _GreedyRun:
+class _GreedyRun(_NothingKept):
     """Greed in the course of one search."""
 
     def __init__(self, space: SearchSpace) -> None:
         self._space = space
-        self._nexts = next_poses(space)
+        self._nexts = likeliest_poses(space)
         self._unseen: dict[int, list[int]] = {}
 
     def plan(self, agent: Agent) -> tuple[SearchAction, PlanInfo]:
@@ -70,6 +85,7 @@ class _GreedyRun:
         for pose, cells in self._unseen.items():
             mass[pose] -= sum(float(table[cells].sum()) for table in wanted)
         promise = mass * space.config.discount**reach.steps
+        # Out of reach: below every promise, which are >= 0.
         promise[reach.steps < 0] = -1.0
         values = {
             move.name: float(promise[reach.first == move.index].max(initial=0.0))
@@ -79,22 +95,12 @@ class _GreedyRun:
         seconds = time.perf_counter() - begun
         return space.moves[best], PlanInfo("greedy", seconds=seconds, values=values)
 
-    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
-        """Learn nothing; the belief tells it all."""
-
-    def forget(self) -> None:
-        """Forget nothing; nothing is kept between decisions."""
-
 
 @dataclass(frozen=True)
-class Random:
+class Random(_NoSettings):
     """Take any valid action, each as likely."""
 
     name = "random"
-
-    def settings(self, config: SearchConfig) -> SearchConfig:
-        """Return the settings as they are."""
-        return config
 
     def begin(self, space: SearchSpace, *, rng: np.random.Generator) -> RunningPlanner:
         """Return a planner for one search; its choices are drawn from `rng`."""
@@ -102,7 +108,7 @@ class Random:
         return _RandomRun(scalar_rng(rng))
 
 
-class _RandomRun:
+class _RandomRun(_NothingKept):
     """Random choices in the course of one search."""
 
     def __init__(self, rng: random.Random) -> None:
@@ -116,12 +122,6 @@ class _RandomRun:
         action: SearchAction = self._rng.choice(actions)
         return action, PlanInfo("random", seconds=time.perf_counter() - begun)
 
-    def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
-        """Learn nothing."""
-
-    def forget(self) -> None:
-        """Forget nothing."""
-
 
 def find_value(belief: GridBelief, find: SearchAction) -> float:
     """Return the expected reward of a find from where the robot is."""
@@ -129,6 +129,7 @@ def find_value(belief: GridBelief, find: SearchAction) -> float:
     missed = 1.0
     for i, table in enumerate(belief.flat):
         if find.marks >> i & 1 and not belief.robot.found >> i & 1:
+            # P(no target of the find is in view), targets independent.
             missed *= 1.0 - float(table[view].sum())
     config = belief.space.config
     return (1.0 - missed) * config.right_find_reward + missed * config.wrong_find_reward

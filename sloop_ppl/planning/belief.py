@@ -19,6 +19,7 @@ from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservatio
 
 __all__ = ["GridBelief", "check_table", "observation_likelihoods"]
 
+# States drawn at a time: a call of numpy costs as much as dozens of numbers.
 _BLOCK = 256
 
 
@@ -118,6 +119,7 @@ class GridBelief(GenerativeDistribution):
             self._cumulative = [np.cumsum(table) for table in self._tables]
         uniform = self._rng.random((len(self._tables), _BLOCK))
         columns = [
+            # Scaled by the last sum, which rounding may leave off one.
             np.searchsorted(total, u * total[-1], side="right").tolist()
             for total, u in zip(self._cumulative, uniform, strict=True)
         ]
@@ -192,6 +194,7 @@ class GridBelief(GenerativeDistribution):
         new = _product(table, seen)
         weight = self.space.config.recovery_weight
         if weight and not new.any():
+            # The initial belief is mixed in only here, where the present one is contradicted.
             new = _product((1 - weight) * table + weight * self._initial[index], seen)
         total = float(new.sum())
         if not 0 < total < math.inf:
@@ -213,6 +216,7 @@ class GridBelief(GenerativeDistribution):
 
 def _product(table: NDArray[np.float64], seen: CellLikelihood) -> NDArray[np.float64]:
     inside = table[seen.cells] * seen.inside
+    # p(report | cell) * p(cell): one factor outside the view, one per cell within.
     new: NDArray[np.float64] = table * seen.outside if seen.outside else np.zeros_like(table)
     new[seen.cells] = inside
     return new
@@ -230,12 +234,6 @@ def observation_likelihoods(
 
     Parameters
     ----------
-    space
-        The search space.
-    robot, next_robot
-        The robot before and after the step.
-    action, observation
-        What was done and observed.
     pose
         Where the sensor was, metres; the middle of the robot's cell when None.
     """
@@ -252,6 +250,7 @@ def observation_likelihoods(
         elif not robot.looked or not action.marks & bit:
             likelihoods.append(None)
         else:
+            # A find is exact: found says in view, not found says elsewhere.
             inside = 1.0 if observation.found & bit else 0.0
             likelihoods.append(CellLikelihood(cells, np.full(len(cells), inside), 1.0 - inside))
     return likelihoods
@@ -270,6 +269,7 @@ def _of_report(
             f"The log_likelihood of sensor {type(space.sensor).__name__} has shape {log.shape}; "
             f"expected {space.shape}, without NaN or plus infinity"
         )
+    # Scaled to a greatest value of 1, else a log density far below 0 would become 0 everywhere.
     top = float(log.max())
     scaled = np.exp(log - top if top > -math.inf else log)  # a factor of no account
     return CellLikelihood(np.arange(space.n_cells), scaled.reshape(-1), 0.0)

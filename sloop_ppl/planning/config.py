@@ -13,6 +13,7 @@ __all__ = ["ROLLOUTS", "SearchConfig"]
 ROLLOUTS = ("published", "random", "informed")
 """Rollout policies of the tree search; ``informed`` is for the planner ``fast`` alone."""
 
+# 200 m in cells of 5 m, floor(200 / 5) + 1; SLOOP sec. V.
 PAPER_SIDE_CELLS = 41
 """Side of the paper's maps, cells; steps and horizon grow with maps that are larger."""
 
@@ -21,15 +22,13 @@ SLIPS = ("stay_rate", "overshoot_rate", "overturn_rate")
 REWARDS = ("move_reward", "right_find_reward", "wrong_find_reward", "collision_reward")
 
 
-_OF_THE_FAN = (
-    "sensor_range_cells",
-    "sensor_min_range_cells",
-    "fov_deg",
-    "occlusion",
-    "true_positive_rate",
-    "false_positive_rate",
-    "position_noise_cells",
-)
+_SETTINGS_OF = {
+    "sensor": (
+        "sensor_range_cells", "sensor_min_range_cells", "fov_deg", "occlusion",
+        "true_positive_rate", "false_positive_rate", "position_noise_cells",
+    ),
+    "motion": ("step_cells", "turn_deg", *SLIPS),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -194,7 +193,10 @@ class SearchConfig:
         """
         if self.max_steps is not None and self.depth is not None:
             return self
+        # Ways grow with the side of the map, so steps and horizon grow as it does.
         scale = max(1.0, max(shape) / PAPER_SIDE_CELLS)
+        # g ** depth < 0.01: what lies beyond changes no decision; without discount there is no such
+        # end.
         most = math.inf if self.discount == 1 else math.log(0.01) / math.log(self.discount)
         depth = max(30, math.ceil(min(30 * scale, most)))
         return replace(
@@ -218,29 +220,23 @@ class SearchConfig:
             lines.append(f"a horizon of {self.depth} steps (depth)")
         return (f"set by the size of the map: {', '.join(lines)}",) if lines else ()
 
-    def refuse_sensor_settings(self, sensor: str) -> None:
-        """Refuse settings of the fan where another sensor takes its place.
+    def refuse_settings_of(self, what: str, kind: str) -> None:
+        """Refuse settings of the fan, or of the moves, where another takes its place.
+
+        Parameters
+        ----------
+        what
+            ``"sensor"`` or ``"motion"``.
+        kind
+            What takes its place, for the message.
 
         Raises
         ------
         InputError
             When one is not at its default; the message names it.
         """
-        self._refuse(_OF_THE_FAN, "sensor", sensor)
-
-    def refuse_motion_settings(self, motion: str) -> None:
-        """Refuse settings of the moves where another motion takes their place.
-
-        Raises
-        ------
-        InputError
-            When one is not at its default; the message names it.
-        """
-        self._refuse(("step_cells", "turn_deg", *SLIPS), "motion", motion)
-
-    def _refuse(self, names: tuple[str, ...], what: str, kind: str) -> None:
         defaults = {f.name: f.default for f in fields(self)}
-        for name in names:
+        for name in _SETTINGS_OF[what]:
             if getattr(self, name) != defaults[name]:
                 raise InputError(
                     f"{name} is {getattr(self, name)}, but the {what} is a {kind}, which has its "

@@ -171,6 +171,7 @@ class GridEnvironment:
         after = as_pose(
             space.motion.sample(self.pose, action, self._rng), f"The pose after '{action}'"
         )
+        # Buildings are cells: what stands in the way is looked up between the cells of both ends.
         row, col, _ = space.decode(space.snap(self.pose))
         try:
             end_row, end_col, _ = space.decode(space.snap(after))
@@ -197,6 +198,7 @@ class GridEnvironment:
 def _settled(space: SearchSpace, pose: Pose) -> Pose:
     """Return a pose without the rounding errors of many moves from one cell's middle to another."""
     near = space.pose_at(space.snap(pose))
+    # 1e-6 m or radians: far below a cell, far above what thousands of moves add up.
     turn = math.remainder(pose[2] - near[2], 2 * math.pi)
     off = max(abs(pose[0] - near[0]), abs(pose[1] - near[1]), abs(turn))
     return near if off < 1e-6 else pose
@@ -266,6 +268,7 @@ def robot_after(
     pose = space.snap(outcome.pose)
     if action.index < 3:
         return space.robot(pose, robot.found, robot.finds, True, outcome.collision)
+    # One bit for each target, in the order of the ids.
     marks = sum(1 << space.target_ids.index(name) for name in outcome.report.found)
     return space.robot(pose, robot.found | marks, robot.finds + 1, robot.looked)
 
@@ -284,6 +287,7 @@ def observation_of(
     if isinstance(space.sensor, MaskSensor):
         cells = tuple(space.sensor.cell_of(report) for report in reports)
         return SearchObservation(cells, robot.found, pose)
+    # What is in view is not told by such a report, so a find is worth considering after each.
     return SearchObservation(tuple(reports), robot.found, pose, some=True)
 
 
@@ -352,8 +356,6 @@ def start_pose(
     start
         x and y in metres and, if given, heading in degrees, a multiple of 45; or a `Pose`, taken
         as it is; when None, any cell that is free, heading east.
-    space
-        The search space.
     rng
         Where the cell is drawn from, by its own child stream.
 
@@ -366,6 +368,7 @@ def start_pose(
     """
     closed, grid = space.no_fly, space.grid
     if start is None:
+        # Cells, not places: the draw is the same for every planner, sensor and belief.
         free = [cell for cell in range(space.n_cells) if cell not in closed]
         return space.pose_at(free[int(child(rng, "start").integers(len(free)))] * HEADINGS)
     x, y, *heading = _numbers("The start", start, (2, 3))

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.motion import ExactMotion
 from sloop_ppl.planning.pose import HEADINGS
-from sloop_ppl.planning.pose_tables import next_poses, reach_from
 from sloop_ppl.planning.sensors import FanSensor
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchObservation
@@ -43,11 +43,6 @@ def expected_sightings(belief: GridBelief) -> Mapping[str, Mapping[str, float]]:
 def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     """Say of each target how much of its belief no search can bring into view in time.
 
-    Parameters
-    ----------
-    belief
-        The belief and the robot at the start.
-
     Returns
     -------
     tuple of str
@@ -56,9 +51,10 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     """
     space = belief.space
     limit = space.config.step_limit
+    # Nothing can be out of reach: spare the breadth-first search.
     if _is_open(space) and limit >= space.n_rows + space.n_cols:
         return ()
-    reach = reach_from(belief.robot.pose, next_poses(space))
+    reach = reach_from(belief.robot.pose, likeliest_poses(space))
     near = np.flatnonzero((reach.steps >= 0) & (reach.steps < limit))
     if len(near) == reach.steps.size and not space.hides:
         return ()
@@ -92,6 +88,7 @@ def _is_open(space: SearchSpace) -> bool:
     sensor, motion = space.sensor, space.motion
     if not isinstance(sensor, FanSensor) or type(motion) is not ExactMotion:
         return False
+    # Eight fans of 90 degrees overlap, and a reach of a step leaves no gap between two steps.
     wide = sensor.fov_deg >= 90 and sensor.range_cells >= motion.step_cells
     wide = wide and sensor.min_range_cells <= 1 and motion.turn_deg == 45
     roomy = min(space.shape) >= 4 * motion.step_cells
@@ -113,14 +110,10 @@ def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bo
 
 
 def tree_to_json(root: Any, depth: int, n_cols: int | None = None) -> dict[str, Any]:
-    """Return the top of a tree of ``pomdp_py.POUCT`` or POMCP as JSON values.
+    """Return the top of a tree of ``pomdp_py.POUCT`` or POMCP, to some depth in actions, as JSON.
 
     Parameters
     ----------
-    root
-        A node of the tree, such as ``agent.tree``.
-    depth
-        How many actions deep to go.
     n_cols
         Columns of the grid, by which cells in observations are named.
 
@@ -171,6 +164,7 @@ def flat_tree_to_json(tree: Any, size: int, actions: tuple[Any, ...], depth: int
     for node in range(size):
         parent, action = divmod(int(tree.parent[node]), n_actions)
         levels[node] = 0 if node == 0 else levels[parent] + 1
+        # Parents come before children, so every node below a kept one is met after it.
         if levels[node] > depth:
             continue
         payload: dict[str, Any] = {"visits": int(tree.visits[node]), "actions": {}}

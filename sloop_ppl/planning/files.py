@@ -35,8 +35,6 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    episode
-        The episode.
     **extra
         Members to add, such as ``model`` and ``seed``.
 
@@ -53,6 +51,7 @@ def episode_to_document(episode: Episode, **extra: Any) -> dict[str, Any]:
         "config": asdict(episode.config),
         "targets": list(episode.targets or episode.places),
         "shape": list(episode.views.shape[1:]),
+        # Indices of the cells in view: a view has a dozen cells, a map thousands.
         "views": [np.flatnonzero(view).tolist() for view in episode.views],
         "info": [
             {
@@ -100,6 +99,7 @@ def episode_from_document(document: Any) -> Episode:
 
 def _episode(document: Mapping[str, Any]) -> Episode:
     known = {f.name for f in fields(SearchConfig)}
+    # Settings that a later version dropped are passed over.
     config = {k: v for k, v in document["config"].items() if k in known}
     height, width = document["shape"]
     views = np.zeros((len(document["views"]), height * width), dtype=bool)

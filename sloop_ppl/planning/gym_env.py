@@ -180,17 +180,17 @@ class SearchEnv(_Env):
         """Return a picture: belief dark, view tinted, robot red, north up, shape (px, px, 3)."""
         if self.render_mode is None:
             return None
+        # Each target scaled to its peak, else a wide belief would vanish beside a sharp one.
         belief = np.sum([t / t.max() for t in self.belief.tables.values()], axis=0)
         shade = 1.0 - np.clip(belief, 0.0, 1.0)
         picture = np.repeat(shade[:, :, None], 3, axis=2)
         view = self.space.view_mask(self.belief.robot.pose)
+        # Sky blue #56b4e9 for the view, vermilion #d55e00 for the robot (Okabe and Ito).
         picture[view] = 0.6 * picture[view] + 0.4 * np.array([0.34, 0.71, 0.91])
         picture[self.belief.robot.cell] = [0.84, 0.37, 0.0]
+        # Row 0 is south, the first row of a picture north.
         large = np.kron(picture[::-1], np.ones((PIXELS, PIXELS, 1)))
         return (large * 255).astype(np.uint8)
-
-    def close(self) -> None:
-        """Release nothing."""
 
     def _observed(self) -> dict[str, Any]:
         robot = self.belief.robot

@@ -131,6 +131,7 @@ def run_search(
         raise InputError("No belief was given; expected one per target that is searched for")
     space = SearchSpace.of_city(city, ids, chosen.settings(config), sensor=sensor, motion=motion)
     if environment is None:
+        # The start's stream depends on neither planner nor beliefs: searches can be compared.
         at, known = start_pose(start, space, rng), places or {}
         environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
     else:
@@ -173,6 +174,8 @@ def run_search(
     try:
         with _noting_compilation(notify):
             while not robot.ended and len(record.actions) < space.config.step_limit:
+                # The order of a step: plan, act, sense, update; the reward is of the robot before
+                # and after.
                 action, info = running.plan(agent)
                 info = replace(info, expected=expected_sightings(agent.belief))
                 outcome = checked_outcome(space, action, environment.execute(action))
@@ -228,6 +231,7 @@ def _learn(
     updated = before.conditioned(likelihoods, observation, after, outcome.pose)
     agent.set_belief(updated)
     running.update(agent, action, observation)
+    # With a stochastic motion the tree branches on the pose and knows where the robot is.
     if not space.stochastic and after != _planned(before.robot, action, after):
         running.forget()  # it planned on from another pose
     if on_observation is None:
@@ -242,6 +246,7 @@ def _learn(
     if replacing is not None:
         new = updated.replaced({**updated.tables, **replacing})
         agent.set_belief(new)
+        # A table that comes back unchanged but for rounding is no reason to plan anew.
         moved = (np.abs(a - b).sum() > 1e-9 for a, b in zip(new.flat, updated.flat, strict=True))
         if any(moved):
             running.forget()
@@ -255,15 +260,7 @@ def _planned(robot: RobotState, action: SearchAction, after: RobotState) -> Robo
 
 
 class _Record:
-    """Collects what happens, in metres.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    keep_beliefs
-        Keep the beliefs at every pose.
-    """
+    """Collects what happens, in metres."""
 
     def __init__(self, space: SearchSpace, keep_beliefs: bool) -> None:
         self._space, self._keep = space, keep_beliefs
@@ -327,6 +324,7 @@ class _Record:
 
     def columns(self) -> dict[str, Any]:
         """Return the fields of an `Episode` that were collected, up to the last whole step."""
+        # Ctrl-C may come between two columns; a step counts once its observation is there.
         n = len(self._observations)
         return {
             "poses": tuple(self._poses[: n + 1]),

@@ -146,6 +146,7 @@ class SearchObservationModel(ObservationModel):
             return self._reported(next_state)
         exact = self._mask.exact
         seen = self._in_view(next_state) if exact else self._sensed(self._mask, next_state)
+        # One object per observation: the trees of pomdp-py compare them, identical ones at no cost.
         key = seen, robot.found, robot.pose if self._stochastic else -1
         made = self._made.get(key)
         if made is None:
@@ -173,6 +174,7 @@ class SearchObservationModel(ObservationModel):
         chance = 1.0
         for i, (cell, seen) in enumerate(zip(next_state.cells, observation.seen, strict=True)):
             if robot.found >> i & 1:
+                # A found target is not reported any more.
                 chance *= float(seen in (-1, None))
             else:
                 chance *= self._chance(robot, cell, seen)
@@ -206,6 +208,7 @@ class SearchObservationModel(ObservationModel):
         """Return what a sensor that sees no mask reports; a rollout knows what is in view."""
         robot, space = state.robot, self._space
         if self._generator is None:
+            # Sensors of users want a generator of numpy; seeded by the stream of the rollouts.
             self._generator = np.random.default_rng(self._rng.getrandbits(63))
         places = {
             name: space.grid.centre_of(*divmod(cell, space.n_cols))
@@ -294,7 +297,9 @@ class PublishedRollout(RolloutPolicy):
     def __init__(self, space: SearchSpace, rng: random.Random) -> None:
         moves = space.moves
         self._choices = tuple(
-            tuple(m for m in moves if mask >> m.index & 1) or moves for mask in range(8)
+            # By bit mask of the preferred moves, none of them meaning any.
+            tuple(m for m in moves if mask >> m.index & 1) or moves
+            for mask in range(8)
         )
         self._finds = space.finds
         self._keys = space.preference_keys
@@ -319,6 +324,7 @@ class PublishedRollout(RolloutPolicy):
             mask = 0
             for i, cell in enumerate(cells):
                 if not robot.found >> i & 1:
+                    # A move is preferred that serves any target that is left.
                     mask |= table[corner + keys[cell]]
             mask &= allowed
         choices = self._choices[mask]

@@ -63,6 +63,7 @@ class FiniteMotion(ABC):
         outcomes = self.outcomes(pose, action)
         if len(outcomes) == 1:
             return outcomes[0][1]
+        # Inverse of the cumulative probabilities; rounding may leave the last one a little short.
         rest = rng.random()
         for chance, after in outcomes:
             rest -= chance
@@ -110,10 +111,13 @@ class ExactMotion(FiniteMotion):
         """Return the pose after a step of so many cells, or so many turns."""
         x, y, heading = pose
         if action == "forward":
+            # Rounded per axis, as the published code does: 3 cells diagonally are 2 north and 2
+            # east.
             eighths = round(heading / EIGHTH)
             angle = eighths * EIGHTH
             north = round(step_cells * math.sin(angle)) * self.cell_m
             east = round(step_cells * math.cos(angle)) * self.cell_m
+            # A heading between two eighths turns the step of the nearer one by what is left.
             off = heading - angle
             if abs(off) > _SLACK:
                 east, north = (
@@ -247,6 +251,7 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
             "sample(pose, action, rng) and log_probability(next_pose, pose, action), such as a "
             "SlippingMotion"
         )
+    # A fixed seed: the planners of one motion have one table in every process.
     rng = np.random.default_rng(0)
     rows: dict[tuple[int, int], list[tuple[tuple[int, int, int], float]]] = {}
     for number, action in enumerate(MOVES):
@@ -261,6 +266,8 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
             for p, after in outcomes:
                 x, y, angle = as_pose(after, f"The pose after '{action}'")
                 turn = round((angle - pose.heading_rad) / EIGHTH) % HEADINGS
+                # From the origin: rows north, columns east and eighths turned are the offsets
+                # themselves.
                 key = round(y / cell_m), round(x / cell_m), turn
                 found[key] = found.get(key, 0.0) + p
             if abs(math.fsum(found.values()) - 1.0) > 1e-6:
@@ -268,6 +275,7 @@ def move_table(motion: Motion | FiniteMotion, cell_m: float) -> MoveTable:
                     f"The outcomes of '{action}' have probabilities that sum to "
                     f"{math.fsum(found.values()):g}; expected 1"
                 )
+            # The most probable first, because the planners that count one outcome take index 0.
             rows[number, heading] = sorted(found.items(), key=lambda item: -item[1])
     most = max(len(found) for found in rows.values())
     offsets = np.zeros((len(MOVES), HEADINGS, most, 3), dtype=np.int64)

@@ -101,6 +101,7 @@ class NativePouct(Planner):
         self.budget = Budget(used.sims, used.horizon, float(used.discount), float(used.exploration))
         self._random: NDArray[np.uint64] | None = None
         if rng is not None:
+            # One uint64 is the whole state of the stream, see `uniform`.
             self._random = rng.integers(2**63, size=1, dtype=np.uint64)
         self._scratch = new_scratch(used.horizon)
         self._tree: FlatTree | None = None
@@ -143,6 +144,7 @@ class NativePouct(Planner):
         self.model = model
         tree = self._roomy(len(model.actions))
         belief = model.belief(agent)
+        # Types of a user must not get into the cache on disk; see `jit`.
         ours = type(model.data) is SearchData and type(belief) is SearchBelief
         self._size = (grow if ours else grow_uncached)(
             model.data,
@@ -156,6 +158,7 @@ class NativePouct(Planner):
         )
         values, counts = tree.values[0], tree.counts[0]
         tried = [a for a in range(len(counts)) if tree.legal[0] >> a & 1]
+        # Of equal values the action that is declared first.
         best = max(tried, key=lambda a: (values[a], -a))
         names = [str(a) for a in model.actions]
         self.last_info = PlanInfo(
@@ -182,6 +185,7 @@ class NativePouct(Planner):
         if child < 0:
             self.forget()
             return
+        # Parents come before their children: the subtree has at most size - child nodes.
         tree = new_tree(self._size - child + self.budget.sims, len(self.model.actions))
         self._size = compact(self._tree, self._size, child, tree)
         self._tree = tree

@@ -1,9 +1,10 @@
-"""How tall the buildings of a map are, and which cells they close to flight and sight."""
+"""Which cells tall buildings close to flight and sight, and which stand between two others."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
@@ -11,7 +12,18 @@ from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap, Landmark
 
-__all__ = ["DEFAULT_HEIGHTS_M", "LEVEL_HEIGHT_M", "height_m", "tall_cells"]
+__all__ = [
+    "DEFAULT_HEIGHTS_M",
+    "LEVEL_HEIGHT_M",
+    "Offsets",
+    "cells_between",
+    "height_m",
+    "is_blocked",
+    "tall_cells",
+]
+
+Offsets = tuple[tuple[int, int], ...]
+"""``(rows north, columns east)`` of several cells."""
 
 DEFAULT_HEIGHTS_M: Mapping[str, float] = MappingProxyType({"building": 12.0})
 """Height of a landmark that does not tell it, by kind, metres; other kinds are flat."""
@@ -30,6 +42,7 @@ def height_m(landmark: Landmark) -> float:
     """
     found = _NUMBER.match(str(landmark.properties.get("height", "")))
     if found:
+        # 0.3048 m a foot
         return float(found[1]) * (1.0 if found[2] in (None, "m") else 0.3048)
     levels = _NUMBER.match(str(landmark.properties.get("building:levels", "")))
     if levels:
@@ -42,8 +55,6 @@ def tall_cells(city: CityMap, flight_height_m: float) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    city
-        The map.
     flight_height_m
         How high the robot flies, metres; buildings at least as high are tall.
 
@@ -61,3 +72,54 @@ def tall_cells(city: CityMap, flight_height_m: float) -> NDArray[np.bool_]:
             shapely.prepare(footprint)
             tall |= shapely.contains_xy(footprint, x, y)
     return tall
+
+
+def is_blocked(
+    closed: frozenset[int], n_cols: int, row: int, col: int, rows: int, cols: int
+) -> bool:
+    """Tell whether closed cells stand between a cell and the one at an offset from it."""
+    return any(
+        all((row + r) * n_cols + col + c in closed for r, c in choices)
+        for choices in cells_between(rows, cols)
+    )
+
+
+@cache
+def cells_between(rows: int, cols: int) -> tuple[Offsets, ...]:
+    """Return the cells strictly between a cell and another one, seen along a straight line.
+
+    Parameters
+    ----------
+    rows, cols
+        Where the other cell is, cells north and east.
+
+    Returns
+    -------
+    tuple
+        One entry per step along the longer axis: the one cell that the line runs through or,
+        where it runs along the border of two, both; it is blocked when all of them are.
+
+    Examples
+    --------
+    >>> cells_between(0, 3)
+    (((0, 1),), ((0, 2),))
+    >>> cells_between(1, 2)
+    (((0, 1), (1, 1)),)
+    """
+    # One sample a cell of the longer axis, as Bresenham draws a line; exact in whole numbers.
+    n = max(abs(rows), abs(cols))
+    between = []
+    for k in range(1, n):
+        across = [(r, c) for r in _nearest(rows * k, n) for c in _nearest(cols * k, n)]
+        between.append(tuple(across))
+    return tuple(between)
+
+
+def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
+    """Return the whole number nearest to a fraction, or both when two are equally near."""
+    low = numerator // denominator
+    # Twice the remainder against the denominator: the half way point without fractions.
+    over = 2 * (numerator - low * denominator)
+    if over == denominator:
+        return low, low + 1
+    return (low,) if over < denominator else (low + 1,)

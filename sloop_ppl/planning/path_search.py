@@ -14,12 +14,12 @@ from sloop_ppl.planning._path_map import (
     Objective,
     detection_masses,
     greedy_path,
+    new_path_state,
     new_scouts,
     path_map_of,
-    reach_of,
 )
-from sloop_ppl.planning._path_state import new_path_state
 from sloop_ppl.planning._pomdp import Agent
+from sloop_ppl.planning._search_tables import reach_of
 from sloop_ppl.planning._value_bound import set_mass, value_bound_of
 from sloop_ppl.planning.baselines import find_value
 from sloop_ppl.planning.belief import GridBelief
@@ -74,13 +74,7 @@ class PathSearch:
 
 
 class RunningPathSearch:
-    """The path search in the course of one search.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    """
+    """The path search in the course of one search."""
 
     def __init__(self, space: SearchSpace) -> None:
         self._space = space
@@ -91,12 +85,17 @@ class RunningPathSearch:
         self._bordered = space.n_rows + 2 * reach, space.n_cols + 2 * reach
         self._inner = slice(reach, reach + space.n_rows), slice(reach, reach + space.n_cols)
         self._sims = config.sims
+        # A level needs about a dozen simulations to choose among paths; docs/search.md.
         self._depth = min(config.horizon, max(config.sims // SIMS_A_LEVEL, 1))
         n_cells, n_poses = self._bordered[0] * self._bordered[1], len(self._map.cell)
         self._state = new_path_state(
             n_cells, len(self._bound.blocks), self._depth, self._map.fans.shape[1]
         )
+        # A level takes 12 times its even share of the simulations at most, and never all of them
+        # twice; 64 for the paths that are kept in any case.
         widest = min(2 * config.sims, 12 * config.sims // self._depth) + 64
+        # Nodes are kept extensions: no more than simulations, the last level, and 4 wanted ones a
+        # level.
         self._tree = new_tree(config.sims + widest + 4 * self._depth)
         self._found = new_candidates(widest, n_poses)
         self._scouts = new_scouts(n_poses)
@@ -109,6 +108,7 @@ class RunningPathSearch:
         belief: GridBelief = agent.belief
         space, config = self._space, self._space.config
         found = self._find(belief)
+        # After a find the belief is another one: the rest of the plan was made for a miss.
         if found is not None:
             find, value = found
             self.forget()
@@ -150,6 +150,8 @@ class RunningPathSearch:
 
     def update(self, agent: Agent, action: SearchAction, observation: SearchObservation) -> None:
         """Keep the rest of the path that was planned, as one to go on with."""
+        # A detection ends what the plan assumes, and a slip leads to a pose that it does not go on
+        # from.
         follows = len(self._plan) > 0 and self._plan[0] == action.index and not observation.any
         if follows and agent.belief.robot.pose == self._expected:
             self._plan = self._plan[1:]
@@ -182,8 +184,11 @@ class RunningPathSearch:
         config = belief.space.config
         values = [find_value(belief, find) for find in belief.space.finds]
         best = int(np.argmax(values))
+        # value = p R + (1 - p) W of the best find, solved for the probability p that it is right.
         span = config.right_find_reward - config.wrong_find_reward
         chance = (values[best] - config.wrong_find_reward) / span if span else 0.0
+        # Looking once more costs a move, r + g**2 * p h R: the look, then the find of what it
+        # shows.
         again = chance * belief.space.hit * config.right_find_reward
         wait = config.move_reward + config.discount**2 * again
         if values[best] <= 0 or (chance < 1 - 1e-9 and values[best] < wait):
@@ -211,6 +216,7 @@ class RunningPathSearch:
         mass = np.zeros(self._bordered)
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
+                # Independent targets add up; the border stays empty.
                 mass[self._inner] += sharpened(table, share).reshape(self._space.shape)
         return mass.ravel()
 
@@ -240,6 +246,7 @@ class RunningPathSearch:
         """Return the nodes of the path of the highest value, among those followed to the end."""
         tree = self._tree
         weight = self._space.config.discount**self._depth
+        # Paths of the last level have T moves: G_T + g ** T * V_T.
         scores = tree["past"][last:size] + weight * tree["ahead"][last:size]
         node, path = last + int(np.argmax(scores)), []
         while node > 0:
@@ -294,6 +301,7 @@ def sharpened(table: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """
     if share == 0.0:
         return table
+    # Divided by the greatest first, so that the eighth power does not underflow everywhere.
     sharper = table / table.max()
     for _ in range(_SQUARINGS):
         sharper *= sharper

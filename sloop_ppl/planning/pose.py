@@ -35,20 +35,7 @@ class Pose(NamedTuple):
 
 
 def as_pose(value: Any, source: str) -> Pose:
-    """Return three finite numbers as a `Pose`.
-
-    Parameters
-    ----------
-    value
-        Anything.
-    source
-        Where it comes from, for the message.
-
-    Raises
-    ------
-    InputError
-        When it is not three finite numbers.
-    """
+    """Return three finite numbers as a `Pose`, or refuse them; `source` names them."""
     try:
         numbers = tuple(float(v) for v in value)
     except (TypeError, ValueError):

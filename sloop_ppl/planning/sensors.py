@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.planning.obstacles import Offsets, is_blocked
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.user_file import load_from_file
 
@@ -25,17 +25,14 @@ __all__ = [
     "FanSensor",
     "MaskSensor",
     "Sensor",
-    "cells_between",
     "check_sensor",
     "checked_reports",
     "fan_offsets",
-    "is_blocked",
     "is_hashable",
     "load_sensor",
 ]
 
 Place = tuple[float, float]
-Offsets = tuple[tuple[int, int], ...]
 
 # Takes rounding out of comparisons between distances (cells) and angles (radians).
 _SLACK = 1e-9
@@ -134,6 +131,7 @@ class MaskSensor(ABC):
         position_noise_cells: float = 0.0,
     ) -> None:
         self.grid = grid.grid if isinstance(grid, CityMap) else grid
+        # Checked by the settings' own rules, so that both refuse alike.
         SearchConfig(
             true_positive_rate=true_positive_rate,
             false_positive_rate=false_positive_rate,
@@ -215,6 +213,7 @@ class MaskSensor(ABC):
         """
         if not self.relative:
             return None
+        # One view a heading from the middle of the map; a relative view is the same anywhere else.
         row, col = self.grid.n_rows // 2, self.grid.n_cols // 2
         centre = self.grid.centre_of(row, col)
         fans = []
@@ -224,6 +223,7 @@ class MaskSensor(ABC):
                 return None  # whoever asks for a view says so
             fans.append(tuple((int(r) - row, int(c) - col) for r, c in np.argwhere(mask)))
         reach = max((max(abs(r), abs(c)) for fan in fans for r, c in fan), default=0)
+        # A view that touches the border of the map may have been cut off there.
         return tuple(fans) if reach < min(row, col) else None
 
     @property
@@ -249,6 +249,7 @@ class MaskSensor(ABC):
             if not self.position_noise_cells:
                 return cell
             weights = self._spread(cells, cell)
+            # Inverse of the cumulative weights; sum * u, because they need not sum to exactly one.
             return int(cells[np.searchsorted(np.cumsum(weights), rng.random() * weights.sum())])
         false = self.false_positive_rate
         if false and len(cells) and rng.random() < false:
@@ -268,6 +269,7 @@ class MaskSensor(ABC):
         n, hit = len(cells), self.true_positive_rate
         false = self.false_positive_rate if n else 0.0
         if seen < 0:
+            # Not reported: in view, missed and no false report; out of view, no false report.
             missed = (1.0 - hit) * (1.0 - false)
             return CellLikelihood(cells, np.full(n, missed), 1.0 - false)
         at = cells == seen
@@ -277,6 +279,7 @@ class MaskSensor(ABC):
             reported = np.array([self._spread(cells, int(c))[at][0] for c in cells])
         else:
             reported = at.astype(np.float64)
+        # p(seen | cell) = h * spread(seen | cell) + (1 - h) * f / K in view, and f / K elsewhere.
         inside = hit * reported + (1.0 - hit) * false / n
         return CellLikelihood(cells, inside, false / n)
 
@@ -285,6 +288,7 @@ class MaskSensor(ABC):
         row, col = divmod(cell, self.grid.n_cols)
         rows, cols = np.divmod(cells, self.grid.n_cols)
         square = (rows - row) ** 2 + (cols - col) ** 2
+        # Truncated to the view, so normalised over it: a cell near its border spreads inwards.
         weights = np.exp(-square / (2 * self.position_noise_cells**2))
         spread: NDArray[np.float64] = weights / math.fsum(weights)
         return spread
@@ -339,6 +343,7 @@ class FanSensor(MaskSensor):
 
     def view(self, pose: Pose) -> NDArray[np.bool_]:
         """Return the cells in view, True where seen, shape (H, W)."""
+        # Only cells within reach are tested, one more for a pose between cells.
         grid, reach = self.grid, self.range_cells + 1.0
         col = (pose.x_m - grid.x_m[0]) / grid.cell_m
         row = (pose.y_m - grid.y_m[0]) / grid.cell_m
@@ -401,6 +406,7 @@ def fan_offsets(
     ((0, 1), (1, 0))
     """
     reach = math.floor(range_cells + _SLACK)
+    # _SLACK: a range of 3 must still see cells at a distance of exactly 3.
     along = np.arange(-reach, reach + 1)
     axis = heading * 2 * math.pi / HEADINGS
     seen = _in_fan(along[:, None], along[None, :], axis, range_cells, min_range_cells, fov_deg)
@@ -418,61 +424,13 @@ def _in_fan(
     """Tell which points, given in cells from the robot, lie in a fan; shapes broadcast."""
     distance = np.hypot(north, east)
     off_axis = np.arctan2(north, east) - axis_rad
+    # Wrapped to [-pi, pi): the fan may straddle the direction west.
     off_axis = np.abs((off_axis + math.pi) % (2 * math.pi) - math.pi)
     near = (min_range_cells - _SLACK <= distance) & (distance <= range_cells + _SLACK)
     seen: NDArray[np.bool_] = near & (
         (distance < _SLACK) | (off_axis <= math.radians(fov_deg) / 2 + _SLACK)
     )
     return seen
-
-
-def is_blocked(
-    closed: frozenset[int], n_cols: int, row: int, col: int, rows: int, cols: int
-) -> bool:
-    """Tell whether closed cells stand between a cell and the one at an offset from it."""
-    return any(
-        all((row + r) * n_cols + col + c in closed for r, c in choices)
-        for choices in cells_between(rows, cols)
-    )
-
-
-@cache
-def cells_between(rows: int, cols: int) -> tuple[Offsets, ...]:
-    """Return the cells strictly between a cell and another one, seen along a straight line.
-
-    Parameters
-    ----------
-    rows, cols
-        Where the other cell is, cells north and east.
-
-    Returns
-    -------
-    tuple
-        One entry per step along the longer axis: the one cell that the line runs through or,
-        where it runs along the border of two, both; it is blocked when all of them are.
-
-    Examples
-    --------
-    >>> cells_between(0, 3)
-    (((0, 1),), ((0, 2),))
-    >>> cells_between(1, 2)
-    (((0, 1), (1, 1)),)
-    """
-    n = max(abs(rows), abs(cols))
-    between = []
-    for k in range(1, n):
-        across = [(r, c) for r in _nearest(rows * k, n) for c in _nearest(cols * k, n)]
-        between.append(tuple(across))
-    return tuple(between)
-
-
-def _nearest(numerator: int, denominator: int) -> tuple[int, ...]:
-    """Return the whole number nearest to a fraction, or both when two are equally near."""
-    low = numerator // denominator
-    over = 2 * (numerator - low * denominator)
-    if over == denominator:
-        return low, low + 1
-    return (low,) if over < denominator else (low + 1,)
 
 
 def is_hashable(value: object) -> bool:
@@ -507,13 +465,7 @@ def checked_reports(sensor: object, reports: Any) -> dict[str, Any]:
 
 
 def check_sensor(sensor: object) -> None:
-    """Refuse what is no sensor.
-
-    Raises
-    ------
-    InputError
-        When it lacks one of the methods, or is a class.
-    """
+    """Refuse what is no sensor: a class, or what lacks one of the methods."""
     if isinstance(sensor, type) or not isinstance(sensor, Sensor):
         raise InputError(f"The sensor is a {type(sensor).__name__}; expected {_WANTED}")
 
@@ -531,8 +483,6 @@ def load_sensor(spec: str, city: CityMap) -> Sensor:
     ----------
     spec
         ``FILE.py:NAME`` of a sensor, or of a class or function that makes one of a map.
-    city
-        The map.
 
     Raises
     ------

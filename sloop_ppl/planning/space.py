@@ -20,15 +20,13 @@ from sloop_ppl.planning.motion import (
     SlippingMotion,
     move_table,
 )
-from sloop_ppl.planning.obstacles import tall_cells
+from sloop_ppl.planning.obstacles import Offsets, is_blocked, tall_cells
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.planning.sensors import (
     FanSensor,
     MaskSensor,
-    Offsets,
     Sensor,
     check_sensor,
-    is_blocked,
     load_sensor,
 )
 from sloop_ppl.planning.values import RobotState, SearchAction
@@ -93,6 +91,7 @@ class SearchSpace:
         self.grid = grid = grid if isinstance(grid, Grid) else _grid_of(*grid)
         self.n_rows, self.n_cols = grid.shape
         self.config = config = config.filled_in(grid.shape)
+        # Row-major flat indices throughout: cell = row * n_cols + col.
         self.tall = np.zeros(grid.shape, dtype=bool) if tall is None else tall
         self.no_fly = frozenset(np.flatnonzero(self.tall).tolist() if config.no_fly else ())
         self.target_ids = target_ids
@@ -104,9 +103,9 @@ class SearchSpace:
         self.motion = _moves(grid.cell_m, config) if motion is None else motion
         if sensor is not None:
             check_sensor(sensor)
-            config.refuse_sensor_settings(type(sensor).__name__)
+            config.refuse_settings_of("sensor", type(sensor).__name__)
         if motion is not None:
-            config.refuse_motion_settings(type(motion).__name__)
+            config.refuse_settings_of("motion", type(motion).__name__)
         self.move_table: MoveTable = move_table(self.motion, grid.cell_m)
         self._robots: dict[tuple[int, int, int, bool, bool], RobotState] = {}
         self._views: dict[int, frozenset[int]] = {}
@@ -250,6 +249,8 @@ class SearchSpace:
         if self._offsets is not None:
             return self._offsets
         rows, cols = self.n_rows - 1, self.n_cols - 1
+        # The union over all poses of the offsets in view, per heading, for a view that depends on
+        # the place.
         planes = np.zeros((HEADINGS, 2 * rows + 1, 2 * cols + 1), dtype=bool)
         for number in range(self.n_cells * HEADINGS):
             row, col, heading = self.decode(number)
@@ -357,6 +358,7 @@ class SearchSpace:
         row, col, heading = self.decode(pose)
         steps = tuple(tuple(o) for o in self.move_table.offsets[:, heading, 0].tolist())
         table = _preferences(self.shape, heading, steps)
+        # Place of offset (-row, -col) in the flat table of (2 H - 1) x (2 W - 1) offsets.
         corner = (self.n_rows - 1 - row) * (2 * self.n_cols - 1) + self.n_cols - 1 - col
         return table, corner, 0b111 if self.next_pose(0, pose) != pose else 0b110
 
@@ -437,15 +439,18 @@ def _preferences(
     """Return the preferred moves by offset of the target, rows then columns, as bit masks."""
     step, left_by, right_by = moves[0], moves[1][2], moves[2][2]
     row, col = np.mgrid[-(shape[0] - 1) : shape[0], -(shape[1] - 1) : shape[1]]
+    # Squared distances in cells: nearer after the step than before.
     nearer = (row - step[0]) ** 2 + (col - step[1]) ** 2 < row**2 + col**2
     bearing = np.arctan2(row, col) - heading * 2 * np.pi / HEADINGS
 
     def off(eighths: int) -> NDArray[np.float64]:
         by = eighths * 2 * np.pi / HEADINGS
+        # Wrapped to [-pi, pi), then its size.
         wrapped: NDArray[np.float64] = np.abs((bearing - by + np.pi) % (2 * np.pi) - np.pi)
         return wrapped
 
     here = (row == 0) & (col == 0)
+    # 1e-9: a target on the direction half way is nearer by neither.
     left = ~here & (off(left_by) < off(0) - 1e-9)
     right = ~here & (off(right_by) < off(0) - 1e-9)
     return bytes((nearer | left << 1 | right << 2).astype(np.uint8).ravel())

@@ -191,11 +191,13 @@ class _PomcpRun:
                 agent.reward_model,
             )
             own.tree = None
+        # Particles that the exact table holds impossible are dropped.
         kept = [p for p in own.belief.particles if table[p] > 0]
         missing = max(self._wanted - len(kept), 0)
         particles = GridParticles(kept + [table.random() for _ in range(missing)], self._rng)
         own.set_belief(particles)
         if own.tree is not None:
+            # POMCP draws from the belief of the root.
             own.tree.belief = particles
         action: SearchAction = self.planner.plan(own)
         info = _info(
@@ -232,15 +234,7 @@ class _PomcpRun:
 
 
 class PouctFallback:
-    """POUCT in the place of ``fast``, for a sensor whose reports no kernel knows.
-
-    Parameters
-    ----------
-    space
-        The search space.
-    rng
-        Where rollouts draw from.
-    """
+    """POUCT in the place of ``fast``, for a sensor whose reports no kernel knows."""
 
     def __init__(self, space: SearchSpace, rng: np.random.Generator) -> None:
         kind = type(space.sensor).__name__

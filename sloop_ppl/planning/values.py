@@ -56,6 +56,10 @@ def _same(self: Any, _memo: object = None) -> Any:
     return self
 
 
+def _differs(self: object, other: object) -> bool:
+    return not self.__eq__(other)
+
+
 class SearchAction(Action):
     """One of the actions; there is one object per name, index and target.
 
@@ -78,19 +82,18 @@ class SearchAction(Action):
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "index", index)
         object.__setattr__(self, "marks", marks)
+        # marks has 10 bits, see MAX_TARGETS; other parts of a hash are mixed by Python itself.
         object.__setattr__(self, "_hash", index * 1024 + marks)
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = _same
+    __ne__ = _differs  # pomdp-py has one of its own, which would stay
 
     def __eq__(self, other: object) -> bool:
         return self is other or (
             isinstance(other, SearchAction)
             and (self.name, self.index, self.marks) == (other.name, other.index, other.marks)
         )
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]
@@ -177,6 +180,7 @@ class RobotState(ObjectState):
             "collided": collided,
             "view": space.view(pose),
             "_space": space,
+            # Successors are kept: a rollout asks for the same moves again and again.
             "_next": [None] * 3,
             "_prefer": space.preferences(pose),
             "_hash": hash((pose, found, finds, looked, collided)),
@@ -187,6 +191,7 @@ class RobotState(ObjectState):
     __setattr__ = _refuse
     __setitem__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     @property
     def cell(self) -> tuple[int, int]:
@@ -231,9 +236,6 @@ class RobotState(ObjectState):
             and self.collided == other.collided
         )
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]
 
@@ -256,12 +258,10 @@ class TargetState(ObjectState):
 
     __setitem__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, TargetState) and self.attributes == other.attributes
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return hash(self.attributes["cell"])
@@ -291,6 +291,7 @@ class SearchState(OOState):
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
+    __ne__ = _differs
 
     @property
     def object_states(self) -> Mapping[str, ObjectState]:
@@ -330,9 +331,6 @@ class SearchState(OOState):
             and self.cells == other.cells
         )
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
     def __hash__(self) -> int:
         return hash((self.robot, self.cells))
 
@@ -345,6 +343,7 @@ class SearchState(OOState):
         return SearchState, (self.robot, self.cells)
 
 
+# The slots themselves, for speed: states are made by the million, and __setattr__ refuses.
 _set_robot: Callable[[SearchState, RobotState], None] = SearchState.__dict__["robot"].__set__
 _set_cells: Callable[[SearchState, tuple[int, ...]], None] = SearchState.__dict__["cells"].__set__
 
@@ -382,6 +381,7 @@ class SearchObservation(Observation):
 
     __setattr__ = _refuse
     __copy__ = __deepcopy__ = _same
+    __ne__ = _differs
 
     def __eq__(self, other: object) -> bool:
         return self is other or (
@@ -390,9 +390,6 @@ class SearchObservation(Observation):
             and self.found == other.found
             and self.pose == other.pose
         )
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
 
     def __hash__(self) -> int:
         return self._hash  # type: ignore[no-any-return, attr-defined]

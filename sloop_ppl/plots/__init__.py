@@ -13,8 +13,7 @@ from sloop_ppl.plots.formats import (
     figure_formats,
     save_figure,
 )
-from sloop_ppl.plots.frame import frame_bins, plot_frame
-from sloop_ppl.plots.frames import plot_frames
+from sloop_ppl.plots.frame import frame_bins, plot_frame, plot_frames
 from sloop_ppl.plots.search import plot_search
 from sloop_ppl.plots.sheet import FrameRose, SheetParts, plot_sheet, plot_sheets
 

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from sloop_ppl.plots._palette import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["fitted", "font_pt", "frame_map", "new_axes", "stroke", "width_in"]
+__all__ = [
+    "fitted",
+    "font_pt",
+    "frame_map",
+    "new_axes",
+    "quote_texts",
+    "set_title",
+    "stroke",
+    "width_in",
+]
 
+# Text width of a page with two columns, inches.
 _DOUBLE_COLUMN_IN = 6.6
 
 
@@ -42,7 +54,23 @@ def font_pt(width: float) -> float:
 
 def fitted(text: str, size_pt: float, width: float) -> str:
     """Return a text broken into lines that fit a width in inches at a font size in points."""
+    # 72 points an inch; a letter is about 0.54 of the font size wide.
     return textwrap.fill(text, max(int(width * 72 / (0.54 * size_pt)), 12))
+
+
+def set_title(ax: Axes, text: str) -> None:
+    """Put a title over a map, broken into lines that fit it."""
+    size = font_pt(width_in(ax)) + 1.5
+    text = fitted(text, size, width_in(ax))
+    ax.set_title(text, fontsize=size, color=INK, pad=5, parse_math=False)
+
+
+def quote_texts(figure: Figure, texts: Sequence[str], width: float) -> None:
+    """Put what was said over a figure so many inches wide, unless nothing was."""
+    utterance = " ".join(" ".join(t.split()) for t in texts if t.strip())
+    if utterance:
+        text = fitted(f"“{utterance}”", 11.0, 0.92 * width)
+        figure.suptitle(text, fontsize=11, color=INK, parse_math=False)
 
 
 def stroke(ax: Axes) -> float:
@@ -51,15 +79,7 @@ def stroke(ax: Axes) -> float:
 
 
 def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
-    """Set limits, aspect and labels of an axes that shows a map.
-
-    Parameters
-    ----------
-    ax
-        The axes.
-    extent_m
-        West, south, east and north limit, metres.
-    """
+    """Set limits (west, south, east, north; metres), aspect and labels of an axes with a map."""
     west, south, east, north = extent_m
     size = font_pt(width_in(ax))
     ax.set_xlim(west, east)
@@ -68,6 +88,7 @@ def frame_map(ax: Axes, extent_m: tuple[float, float, float, float]) -> None:
     ax.set_xlabel("east of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
     ax.set_ylabel("north of the map's centre (m)", fontsize=size, color=INK, labelpad=2)
     ax.tick_params(labelsize=size - 0.5, length=2.5, width=0.6, color=INK, labelcolor=INK, pad=2)
+    # Few round ticks: a map is read by its streets, not by its axes.
     ax.locator_params(nbins=5, steps=[1, 2, 5, 10])
     for spine in ax.spines.values():
         spine.set_linewidth(0.7)

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["check_cells", "draw_cells", "draw_hpd", "hpd_region", "mode_of", "region_outline"]
 
+# Share of the peak below which a cell is left clear, so that the map shows through.
 _NEGLIGIBLE = 5e-3
+# Relative difference up to which probabilities count as equal: equal cells differ by rounding.
 _TIE = 1e-9
 
 
@@ -53,6 +55,7 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
     mass
         Mass in (0, 1].
     """
+    # Cells from the most probable down until their sum reaches the mass; all as probable come too.
     ordered = np.sort(belief, axis=None)[::-1]
     needed = int(np.searchsorted(np.cumsum(ordered), mass * belief.sum() * (1 - _TIE)))
     floor = ordered[min(needed, ordered.size - 1)]
@@ -63,6 +66,7 @@ def hpd_region(belief: NDArray[np.float64], mass: float) -> NDArray[np.bool_]:
 def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
     """Return the border of a set of cells as shapely lines in metres, empty for no cell."""
     west, south, _, _ = grid.cells_extent_m
+    # A ring of False, so that regions on the border of the grid are closed.
     ringed = np.pad(region, 1)
     # An edge runs wherever two neighbours differ; lattice points are counted from the south-west.
     row, col = np.nonzero(ringed[1:-1, 1:] != ringed[1:-1, :-1])
@@ -73,6 +77,7 @@ def region_outline(region: NDArray[np.bool_], grid: Grid) -> Any:
     if not len(ends):
         return shapely.LineString()
     lines = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends)))
+    # Takes the corners out of straight runs; 1e-6 of a cell keeps the steps.
     parts = shapely.simplify(shapely.get_parts(lines), grid.cell_m * 1e-6)
     return shapely.multilinestrings(parts)
 
@@ -88,19 +93,13 @@ def mode_of(belief: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
 def draw_cells(
     ax: Axes, values: NDArray[np.float64], grid: Grid, *, zorder: float = 2.0, **style: Any
 ) -> AxesImage:
-    """Draw values over the cells of a map, row 0 in the south.
+    """Draw values over the cells of a map, row 0 in the south; the limits are left alone.
 
     Parameters
     ----------
-    ax
-        Axes in metres; its limits are left alone.
     values
         Shape (H, W); cells below half a per cent of the greatest are left clear unless `style`
         holds a ``norm`` or a ``vmin`` of its own.
-    grid
-        The cells.
-    **style
-        Passed on to ``Axes.imshow``.
     """
     west, south, east, north = grid.cells_extent_m
     limits = ax.get_xlim(), ax.get_ylim()
@@ -124,23 +123,13 @@ def draw_hpd(ax: Axes, belief: NDArray[np.float64], grid: Grid, *, colour: str =
     from matplotlib.patheffects import withStroke
 
     handles: list[Any] = []
+    # The narrower region last and solid, on top of the wider one.
     for mass, dashes, points in ((0.9, (0, (3.2, 1.8)), 0.9), (0.5, "solid", 1.1)):
         width = points * stroke(ax)
         border = region_outline(hpd_region(belief, mass), grid)
-        draw_shape(
-            ax,
-            border,
-            facecolor="none",
-            edgecolor=colour,
-            linewidth=width,
-            linestyle=dashes,
-            path_effects=[withStroke(linewidth=width + 1.1, foreground=PAPER, alpha=0.75)],
-            zorder=3.4,
-            gid=f"hpd-{mass * 100:.0f}",
-        )
-        handles.append(
-            Line2D(
-                [], [], color=colour, ls=dashes, lw=width, label=f"{mass * 100:.0f} % HPD region"
-            )
-        )
+        halo = [withStroke(linewidth=width + 1.1, foreground=PAPER, alpha=0.75)]
+        style: Any = {"linestyle": dashes, "path_effects": halo, "gid": f"hpd-{mass * 100:.0f}"}
+        draw_shape(ax, border, 3.4, edge=colour, points=points, **style)
+        label = f"{mass * 100:.0f} % HPD region"
+        handles.append(Line2D([], [], color=colour, ls=dashes, lw=width, label=label))
     return handles[::-1]

@@ -18,15 +18,8 @@ __all__ = ["arrow_length_m", "circular_sd_rad", "draw_frames"]
 
 _LEAST_P = 0.3  # less, and the front is more probably elsewhere
 _ARROW = [
-    (-1, 0.17),
-    (0.2, 0.17),
-    (0.2, 0.5),
-    (1, 0),
-    (0.2, -0.5),
-    (0.2, -0.17),
-    (-1, -0.17),
-    (-1, 0.17),
-]
+    (-1, 0.17), (0.2, 0.17), (0.2, 0.5), (1, 0), (0.2, -0.5), (0.2, -0.17), (-1, -0.17), (-1, 0.17),
+]  # fmt: skip
 
 
 def circular_sd_rad(kappa: float | None) -> float:
@@ -40,6 +33,7 @@ def circular_sd_rad(kappa: float | None) -> float:
         return 0.0
     from scipy.special import i0e, i1e
 
+    # Scaled Bessel functions: I0 itself overflows above kappa = 700.
     resultant: float = float(i1e(kappa)) / float(i0e(kappa))
     if resultant <= 0:
         return math.pi / 2
@@ -52,6 +46,7 @@ def arrow_length_m(city: CityMap, ground: str) -> float:
     west, south, east, north = city.footprint(ground).bounds
     side = city.grid.east_m - city.grid.west_m
     longer: float = max(east - west, north - south)
+    # Between 7 and 13 % of the side of the map: seen on a kiosk, not all over a mall.
     return min(max(0.55 * longer, 0.07 * side), 0.13 * side)
 
 
@@ -62,10 +57,6 @@ def draw_frames(
 
     Parameters
     ----------
-    ax
-        Axes in metres.
-    city
-        The map.
     frames
         Directions; those with a probability below 0.3 are left out, and those of who listens, who
         is no landmark; equal ones are drawn once.
@@ -95,16 +86,8 @@ def draw_frames(
         spread = math.degrees(circular_sd_rad(frame.kappa))
         if spread > 0:
             middle = math.degrees(frame.mean_rad)
-            fan = Wedge(
-                (x, y),
-                0.85 * length,
-                middle - spread,
-                middle + spread,
-                facecolor=colour,
-                edgecolor="none",
-                alpha=0.4,
-                zorder=3.6,
-            )
+            fan = Wedge((x, y), 0.85 * length, middle - spread, middle + spread, zorder=3.6)
+            fan.set(facecolor=colour, edgecolor="none", alpha=0.4)
             ax.add_artist(fan)
         ax.add_artist(
             FancyArrowPatch(
@@ -122,6 +105,7 @@ def draw_frames(
                 gid="frame-arrow",
             )
         )
+        # Four points along the arrow, dense enough that no label fits between them.
         points += [(x + t * length * dx, y + t * length * dy) for t in (0.15, 0.4, 0.65, 0.9)]
     if not drawn:
         return [], []

@@ -34,11 +34,16 @@ _SIGN_PT = 5.5
 
 def draw_ground(ax: Axes, city: CityMap, palette: MapPalette) -> None:
     """Draw every landmark of a map but its labels, clipped to the map's extent."""
+    # Order of drawing (zorder): ground 0.1 to 0.56, buildings 0.7, signs and places 0.9, highlights
+    # 1 to 3.2, belief 2 to 3.4, arrows and path 4, targets and finds 5, labels 6, furniture 7,
+    # legend 8.
     window = shapely.box(*city.grid.extent_m)
-    draw_shape(ax, window, facecolor=palette.ground, edgecolor="none", zorder=0.1)
+    draw_shape(ax, window, 0.1, palette.ground)
     _areas(ax, city, palette, window)
     _roads(ax, city, palette, window)
-    _buildings(ax, city, palette, window)
+    for shape in _polygons(city.of_kind("building"), window):
+        face, edge = palette.building, palette.building_edge
+        draw_shape(ax, shape, 0.7, face, edge, 0.6, joinstyle="round")
     _pois(ax, city, palette)
     _parking_signs(ax, city, palette, window)
 
@@ -49,13 +54,29 @@ def road_width_m(landmark: Landmark) -> float:
     return max((landmark.width_m or 0.0) * _WIDEN[kind], _AT_LEAST_M[kind])
 
 
-def draw_shape(ax: Axes, geometry: BaseGeometry, **style: Any) -> None:
-    """Add one polygon, line or several of them to an axes without touching its limits."""
+def draw_shape(
+    ax: Axes,
+    geometry: BaseGeometry,
+    zorder: float,
+    face: str = "none",
+    edge: str = "none",
+    points: float = 0.0,
+    **style: Any,
+) -> None:
+    """Add one polygon, line or several of them to an axes without touching its limits.
+
+    The edge is so many points wide on an axes of usual width; see `stroke`.
+    """
     from matplotlib.patches import PathPatch
 
     path = shape_path(geometry)
     if np.size(path.vertices):
-        ax.add_artist(PathPatch(path, **style))
+        colours: dict[str, Any] = {
+            "facecolor": face,
+            "edgecolor": edge,
+            "linewidth": points * stroke(ax),
+        }
+        ax.add_artist(PathPatch(path, zorder=zorder, **colours, **style))
 
 
 def shape_path(geometry: BaseGeometry) -> Path:
@@ -80,6 +101,8 @@ def _trace(geometry: BaseGeometry, vertices: list[Any], codes: list[int]) -> Non
         for ring in (geometry.exterior, *geometry.interiors):
             points = shapely.get_coordinates(ring)
             vertices.extend(points)
+            # The last point of a ring repeats the first: its code closes the ring, so that holes
+            # stay open.
             codes.extend([move, *[line] * (len(points) - 2), close])
     elif geometry.geom_type in ("LineString", "LinearRing"):
         points = shapely.get_coordinates(geometry)
@@ -107,48 +130,24 @@ def _areas(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -
         "pedestrian": (palette.square, palette.road_edge),
     }
     for shape in _polygons(city.of_kind("poi"), window):  # a campus, a marina, a market: grounds
-        draw_shape(ax, shape, facecolor=palette.square, edgecolor="none", zorder=0.2)
+        draw_shape(ax, shape, 0.2, palette.square)
     for kind, (face, edge) in fills.items():
         for shape in _polygons(city.of_kind(kind), window):
-            draw_shape(
-                ax, shape, facecolor=face, edgecolor=edge, linewidth=0.5 * stroke(ax), zorder=0.3
-            )
+            draw_shape(ax, shape, 0.3, face, edge, 0.5)
     for shape in _polygons(city.of_kind("parking"), window):
-        draw_shape(
-            ax,
-            shape,
-            facecolor=palette.parking,
-            edgecolor=palette.parking_edge,
-            linewidth=0.5 * stroke(ax),
-            zorder=0.35,
-        )
-        hatch = _hatch(shape)
-        draw_shape(
-            ax,
-            hatch,
-            facecolor="none",
-            edgecolor=palette.parking_edge,
-            linewidth=0.35 * stroke(ax),
-            zorder=0.4,
-        )
+        draw_shape(ax, shape, 0.35, palette.parking, palette.parking_edge, 0.5)
+        draw_shape(ax, _hatch(shape), 0.4, edge=palette.parking_edge, points=0.35)
     for landmark in city.of_kind("park", "water"):
         if landmark.geometry.geom_type in ("LineString", "MultiLineString"):
             strip = landmark.geometry.buffer(max(landmark.width_m or 0.0, 2.0) / 2)
-            face, edge = fills[landmark.kind]
-            draw_shape(
-                ax,
-                strip & window,
-                facecolor=face,
-                edgecolor=edge,
-                linewidth=0.5 * stroke(ax),
-                zorder=0.3,
-            )
+            draw_shape(ax, strip & window, 0.3, *fills[landmark.kind], 0.5)
 
 
 def _hatch(shape: BaseGeometry, step_m: float = 4.0) -> BaseGeometry:
     """Return diagonal strokes over an area; laid in metres, so that they are the same anywhere."""
     west, south, east, north = shape.bounds
     rise = north - south
+    # Multiples of the step from the origin: the strokes of neighbouring car parks line up.
     first = np.floor((west - rise) / step_m) * step_m
     starts = np.arange(first, east + step_m, step_m)
     low = np.stack([starts, np.full_like(starts, south)], axis=1)
@@ -178,6 +177,8 @@ def _run_out(line: BaseGeometry, city: CityMap, near_m: float = 2.0) -> BaseGeom
     for end, before in ((points[0], points[1]), (points[-1], points[-2])):
         step = end - before
         length = float(np.hypot(*step))
+        # 30 m is more than the half width of any road: the round end of its buffer lies off the
+        # map.
         reach = 30.0 if rim.distance(shapely.Point(end)) < near_m and length > 0 else 0.0
         ends.append(end + step * (reach / length if length else 0.0))
     return shapely.linestrings(np.vstack([ends[0], points[1:-1], ends[1]]))
@@ -185,51 +186,20 @@ def _run_out(line: BaseGeometry, city: CityMap, near_m: float = 2.0) -> BaseGeom
 
 def _roads(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
     """Draw drivable ways as one surface with one rim, so that junctions are open."""
+    # Union first, rim after: the outlines of single roads would cross every junction.
     surface = road_surface(city)
     if surface.is_empty:
         surface = shapely.Polygon()
-    draw_shape(ax, surface & window, facecolor=palette.road, edgecolor="none", zorder=0.5)
-    draw_shape(
-        ax,
-        shapely.boundary(surface) & window,
-        facecolor="none",
-        edgecolor=palette.road_edge,
-        linewidth=0.9 * stroke(ax),
-        zorder=0.52,
-    )
+    draw_shape(ax, surface & window, 0.5, palette.road)
+    draw_shape(ax, shapely.boundary(surface) & window, 0.52, edge=palette.road_edge, points=0.9)
     for landmark in city.of_kind("pedestrian"):
         if landmark.geometry.geom_type not in ("LineString", "MultiLineString"):
             continue
         line = shapely.intersection(landmark.geometry, window)
-        draw_shape(
-            ax,
-            shapely.intersection(line.buffer(road_width_m(landmark) / 2), window),
-            facecolor=palette.square,
-            edgecolor="none",
-            zorder=0.55,
-        )
-        draw_shape(
-            ax,
-            line,
-            facecolor="none",
-            edgecolor=palette.pedestrian,
-            linewidth=0.9 * stroke(ax),
-            linestyle=(0, (3.0, 2.0)),
-            zorder=0.56,
-        )
-
-
-def _buildings(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeometry) -> None:
-    for shape in _polygons(city.of_kind("building"), window):
-        draw_shape(
-            ax,
-            shape,
-            facecolor=palette.building,
-            edgecolor=palette.building_edge,
-            linewidth=0.6 * stroke(ax),
-            joinstyle="round",
-            zorder=0.7,
-        )
+        strip = shapely.intersection(line.buffer(road_width_m(landmark) / 2), window)
+        draw_shape(ax, strip, 0.55, palette.square)
+        dashes = (0, (3.0, 2.0))
+        draw_shape(ax, line, 0.56, edge=palette.pedestrian, points=0.9, linestyle=dashes)
 
 
 def _pois(ax: Axes, city: CityMap, palette: MapPalette) -> None:
@@ -250,6 +220,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
     """Put a P on each car park that has room for one."""
     size = _SIGN_PT * stroke(ax)
     west, east = ax.get_xlim()
+    # 0.6 of the font size in metres: what a letter with its box takes from the middle.
     least_m = 0.6 * size * (east - west) / (72 * width_in(ax))
     built = [shapely.make_valid(m.geometry) for m in city.of_kind("building")]
     taken = shapely.unary_union([road_surface(city), *built])
@@ -257,6 +228,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
         free = areas_of(shapely.difference(shape, taken))
         if free.is_empty:
             continue
+        # The largest circle in what is free: the roomiest place of the car park.
         centre, rim = shapely.get_coordinates(shapely.maximum_inscribed_circle(free, tolerance=0.5))
         if float(np.hypot(*(rim - centre))) < least_m:
             continue
@@ -268,11 +240,7 @@ def _parking_signs(ax: Axes, city: CityMap, palette: MapPalette, window: BaseGeo
             fontsize=size,
             fontweight="bold",
             color=PAPER,
-            bbox={
-                "boxstyle": "round,pad=0.25",
-                "facecolor": palette.sign,
-                "edgecolor": "none",
-            },
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": palette.sign, "edgecolor": "none"},
             zorder=0.85,
             annotation_clip=True,
             gid="parking-sign",

@@ -44,6 +44,7 @@ class LabelLayer(Artist):
         self.obstacles = list(obstacles)
         self.points = list(points)
         self.set_zorder(6.0)
+        # Else the layout engine would make room for labels that are placed after it has run.
         self.set_in_layout(False)
         self._done: tuple[Any, Any, tuple[Placed, ...]] | None = None
 
@@ -67,6 +68,7 @@ class LabelLayer(Artist):
         figure = self.get_figure(root=True)
         if axes is None or figure is None:
             return ()
+        # Places hold for one size, part of the map, resolution and renderer, which measures text.
         key = (
             round(float(axes.bbox.width), 3),
             round(float(axes.bbox.height), 3),
@@ -83,6 +85,7 @@ class LabelLayer(Artist):
                     placer.block(artist.get_window_extent(renderer))
             placer.block_points(self.points)
             self._done = key, at, tuple(placer.place_all(self.labels))
+        # The layout engine moves an axes without another size: the labels go along.
         shift = at - self._done[1]
         if np.abs(shift).max() > 0:
             self._done = key, at, tuple(p.moved(*shift) for p in self._done[2])

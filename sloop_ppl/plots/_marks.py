@@ -20,6 +20,7 @@ __all__ = ["add_attribution", "add_legend", "add_north_arrow", "add_scale_bar", 
 
 def scale_length_m(side_m: float) -> float:
     """Return a round length of about a quarter of a map's side, metres."""
+    # 1, 2 or 5 times a power of ten, as people read scales.
     target = side_m / 4
     best = 1.0
     power = 1e-3
@@ -93,8 +94,6 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
 
     Parameters
     ----------
-    ax
-        The axes.
     handles
         Artists with labels, or tuples of them drawn on each other; none means no legend.
     layer
@@ -107,8 +106,10 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
     width = width_in(ax)
     size = font_pt(width)
     names = [str((h[0] if isinstance(h, tuple) else h).get_label()) for h in handles]
+    # 0.54 em a letter, 4.2 em for the sign and the gaps beside it; inches.
     widths = [(len(name) * 0.54 + 4.2) * size / 72 for name in names]
     place: dict[str, Any] = (
+        # Below the tick labels and the axis label, which take 2.6 lines and 5 points.
         {"loc": "upper center", "bbox_to_anchor": (0.5, -(2.6 * size + 5.0) / (72 * width))}
         if room
         else {"loc": "upper left"}
@@ -137,6 +138,7 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
 def _columns(widths: Sequence[float], room: float) -> int:
     """Return the greatest number of columns in which entries so many inches wide fit."""
     for columns in range(len(widths), 1, -1):
+        # matplotlib fills legends column by column.
         rows = -(-len(widths) // columns)
         widest = [max(widths[i : i + rows]) for i in range(0, len(widths), rows)]
         if sum(widest) <= room:

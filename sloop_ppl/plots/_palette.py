@@ -129,7 +129,9 @@ def belief_colours() -> ListedColormap:
     from matplotlib.colors import ListedColormap
 
     t = np.linspace(0.0, 1.0, 256)
+    # Cut at both ends: the palest yellow vanishes on paper, black hides outlines.
     rgba = np.asarray(colormaps["inferno_r"](0.06 + 0.82 * t))
+    # Opaque from 0.3 of the peak on, but never quite: streets stay visible under a belief.
     rgba[:, 3] = 0.92 * np.minimum(1.0, t / 0.3) ** 0.85
     return ListedColormap([tuple(c) for c in rgba], name="sloop_belief")
 
@@ -142,7 +144,9 @@ def difference_colours() -> ListedColormap:
     base = LinearSegmentedColormap.from_list(
         "sloop_change", ["#7a2c00", "#d55e00", "#f4efe9", "#0072b2", "#003a5c"]
     )
+    # An odd number of colours, so that no change has one of its own, the clear one in the middle.
     t = np.linspace(0.0, 1.0, 255)
     rgba = np.asarray(base(t))
+    # Changes are small nearly everywhere: opaque from a quarter of the greatest on.
     rgba[:, 3] = 0.92 * np.minimum(1.0, np.abs(2 * t - 1) / 0.25) ** 0.6
     return ListedColormap([tuple(c) for c in rgba], name="sloop_difference")

@@ -24,10 +24,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Label", "Placed", "Placer"]
 
+# Letters a line: in one line, then narrower and narrower.
 _WRAPS = (99, 22, 15, 11)
+# Sizes to try: as asked for, then a little smaller; below that a label is dropped.
 _SHRINK = (1.0, 0.87)
+# Free space left and right of a label, and above and below it, points.
 _PAD_PT = (2.2, 1.2)
+# Where along a line the middle of its label may be: the middle first, then towards the ends.
 _ALONG = (0.5, 0.38, 0.62, 0.25, 0.75, 0.15, 0.85)
+# How far a line may bend away under its label, in heights of the label.
 _STRAIGHT = 0.35
 
 
@@ -37,18 +42,10 @@ class Label:
 
     Parameters
     ----------
-    text
-        The name.
     geometry
         What it names, metres: a point, a line or an area.
-    colour
-        Colour of the letters.
     size
         Size as a multiple of the map's label size.
-    weight
-        Font weight.
-    style
-        Font style.
     must
         True when it is to be placed even where it overhangs what it names.
     gap_pt
@@ -100,6 +97,7 @@ class Placer:
         self.px_per_pt = figure.dpi / 72
         self.base_pt = font_pt(axes.bbox.width / figure.dpi)
         x0, y0, x1, y1 = axes.bbox.extents
+        # A pixel off the frame, which would touch the letters.
         self.window = shapely.box(x0 + 1, y0 + 1, x1 - 1, y1 - 1)
         origin, step = axes.transData.transform([(0.0, 0.0), (1.0, 1.0)])
         self.scale = np.asarray(step - origin)
@@ -117,6 +115,7 @@ class Placer:
     def block_points(self, points: Sequence[tuple[float, float]]) -> None:
         """Keep labels off small discs round points in metres."""
         for x, y in points:
+            # Discs of 2.5 points, about the radius of a small marker.
             self._take(shapely.Point(*self.pixels(x, y)).buffer(2.5 * self.px_per_pt))
 
     def pixels(self, x: float, y: float) -> tuple[float, float]:
@@ -133,6 +132,8 @@ class Placer:
         self.dots = np.reshape(np.array(dots, dtype=float), (-1, 2))
         for label, shape in zip(labels, shapes, strict=True):
             best: tuple[float, _Spot, BaseGeometry] | None = None
+            # Costs of places run from 0, ideal, to about 1, poor; a label that must stand takes
+            # any.
             limit = 9.0 if label.must else 1.0
             for spot in self._spots(label, shape):
                 if spot.cost >= (best[0] if best else limit):
@@ -140,6 +141,7 @@ class Placer:
                 box = self._box(label, spot)
                 if not self._free(box):
                     continue
+                # Hiding the dot of another place costs as much as seven worse sides.
                 cost = spot.cost + 0.3 * self._dots_under(box)
                 if cost < (best[0] if best else limit):
                     best = cost, spot, box
@@ -180,12 +182,14 @@ class Placer:
 
     def _round_point(self, label: Label, point: BaseGeometry) -> Iterator[_Spot]:
         gap = label.gap_pt * self.px_per_pt
+        # Right of the point, left, above, below, then the corners: each rank costs 0.04.
         ways = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
         for k, text in enumerate(_wrapped(label.text)):
             size = self.base_pt * label.size
             w, h = self._measure(text, size, label)
             for rank, (dx, dy) in enumerate(ways):
                 x = point.x + dx * (w / 2 + gap * (0.75 if dy else 1))
+                # At a corner three quarters of the gap on each axis are as far off.
                 y = point.y + dy * (h / 2 + gap * (0.75 if dx else 1))
                 yield _Spot(x, y, 0.0, text, size, 0.04 * rank + 0.06 * k)
 
@@ -194,6 +198,7 @@ class Placer:
         if seen.is_empty:
             yield from self._round_point(label, shapely.centroid(area))
             return
+        # A label may overhang by 1.5 points before that counts as outside.
         whole = seen.buffer(1.5 * self.px_per_pt)
         middle = shapely.get_coordinates(shapely.centroid(seen))[0]
         roomy = shapely.get_coordinates(shapely.maximum_inscribed_circle(seen))[0]
@@ -212,9 +217,11 @@ class Placer:
                 for x, y in centres:
                     box = shapely.box(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
                     out = 1.0 - box.intersection(whole).area / box.area
+                    # More than 62 % outside and nobody would know what it names.
                     if out > (0.9 if label.must else 0.62):
                         continue
                     off = float(np.hypot(x - middle[0], y - middle[1])) / reach
+                    # Outside weighs most, then off the middle, then more lines or smaller letters.
                     cost = 1.1 * out + 0.5 * off + 0.04 * k + (1 - shrink)
                     yield _Spot(float(x), float(y), 0.0, text, size, cost)
 
@@ -229,12 +236,16 @@ class Placer:
                     continue
                 for rank, at in enumerate(_ALONG):
                     middle = float(np.clip(at * part.length, w / 2, part.length - w / 2))
+                    # Nine points under the label tell whether the line is straight enough for it.
                     steps = np.linspace(middle - w / 2, middle + w / 2, 9)
                     track = shapely.get_coordinates(shapely.line_interpolate_point(part, steps))
                     chord = track[-1] - track[0]
                     along = float(np.hypot(*chord))
+                    # The chord is much shorter than the line: it turns back under the label.
                     if along < 0.9 * w:
                         continue
+                    # Distance of the points from the chord, left of it positive: cross product over
+                    # its length.
                     away = (track - track[0]) @ np.array([-chord[1], chord[0]]) / along
                     if np.ptp(away) > _STRAIGHT * h and not label.must:
                         continue
@@ -243,6 +254,8 @@ class Placer:
                     )
                     degrees = float(np.degrees(np.arctan2(chord[1], chord[0])))
                     degrees = (degrees + 80.0) % 180.0 - 80.0  # upward when steep
+                    # Off the middle of the line, smaller, or bent by a height each cost about the
+                    # same.
                     cost = 0.05 * rank + (1 - shrink) + 0.2 * float(np.ptp(away)) / h
                     yield _Spot(float(x), float(y), degrees, label.text, size, cost)
 

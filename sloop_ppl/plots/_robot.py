@@ -48,22 +48,14 @@ def robot_path(heading_rad: float) -> Path:
 
 
 def sparse_steps(poses: Sequence[Any], side_m: float, most: int = 14) -> list[int]:
-    """Return the steps to number: few, and none where an earlier one stands close by.
-
-    Parameters
-    ----------
-    poses
-        ``(x_m, y_m, heading_rad)`` by step.
-    side_m
-        Side of the map, metres.
-    most
-        How many to number at most.
-    """
+    """Return the steps to number: few, and none where an earlier one stands close by."""
     every = max(1, math.ceil(len(poses) / most))
+    # Numbers of steps that people count in.
     rounded = next(n for n in (1, 2, 5, 10, 20, 25, 50, 100, every) if n >= every)
     chosen: list[int] = []
     for i in range(rounded, len(poses), rounded):
         x, y = poses[i][:2]
+        # 2 % of the side is about the height of a number.
         if all(math.hypot(x - poses[j][0], y - poses[j][1]) > 0.02 * side_m for j in chosen):
             chosen.append(i)
     return chosen
@@ -76,8 +68,6 @@ def seen_image(views: Any, shape: tuple[int, int], alpha: float = 0.17) -> NDArr
     ----------
     views
         True on the cells in view, shape (steps, H, W).
-    shape
-        (H, W).
     alpha
         Opacity of a cell seen once, in [0, 1].
     """
@@ -86,6 +76,7 @@ def seen_image(views: Any, shape: tuple[int, int], alpha: float = 0.17) -> NDArr
     counts = np.asarray(views, dtype=float).reshape(-1, *shape).sum(axis=0)
     image = np.zeros((*shape, 4))
     image[..., :3] = to_rgb(ACCENTS["view"])
+    # Layers of opacity a laid over one another leave (1 - a) ** n clear; five looks tell enough.
     image[..., 3] = np.minimum(1.0 - (1.0 - alpha) ** np.minimum(counts, 5.0), 0.55)
     return image
 
@@ -129,10 +120,7 @@ def draw_path(ax: Axes, poses: Sequence[Any]) -> list[Any]:
 def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]:
     """Mark each find with a tick where it was right and a cross where it was wrong.
 
-    Returns
-    -------
-    tuple
-        Handles for a legend and the discs drawn, which labels had better avoid.
+    Return handles for a legend, and the discs drawn, which labels had better avoid.
     """
     finds = [
         (tuple(pose[:2]), reward > 0)
@@ -162,6 +150,7 @@ def _verdict(ax: Axes, place: tuple[float, float], right: bool, nth: int) -> tup
     figure = ax.get_figure(root=True)
     moved = ax.transData
     if figure is not None:
+        # Up and to the right by the size of the disc, further for each find at the same pose.
         lift = 11.0 * k / 72
         moved = moved + ScaledTranslation(lift * (1 + nth), lift, figure.dpi_scale_trans)
     codes = (

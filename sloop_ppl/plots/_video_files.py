@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["find_ffmpeg", "write_gif", "write_mp4"]
 
+# With accents, paper and ink below the 256 colours that a GIF has.
 _COLOURS = 160
 _LAST_FRAME_S = 2.0
 
@@ -49,16 +50,16 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
     ----------
     frames
         RGB pictures of equal size, at least one.
-    path
-        Where to write it.
     fps
         Frames a second, > 0; the last frame stays for two seconds.
     """
     from matplotlib.colors import to_rgb
     from PIL import Image as Pictures
 
+    # The first, middle and last frame hold all colours that occur: belief wide and narrow.
     picked = [frames[i] for i in sorted({0, len(frames) // 2, len(frames) - 1})]
     sheet = Pictures.fromarray(np.concatenate([np.asarray(f) for f in picked]))
+    # One palette for all frames, else colours would flicker; no dithering, which does not compress.
     common = sheet.quantize(_COLOURS, method=Pictures.Quantize.MEDIANCUT).getpalette() or []
     signal = [round(255 * c) for name in (*ACCENTS.values(), PAPER, INK) for c in to_rgb(name)]
     palette = Pictures.new("P", (1, 1))
@@ -85,12 +86,6 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
     ----------
     frames
         RGB pictures of equal and even size, at least one.
-    path
-        Where to write it.
-    fps
-        Frames a second, > 0.
-    ffmpeg
-        Path of the program.
 
     Raises
     ------
@@ -98,6 +93,8 @@ def write_mp4(frames: Sequence[Image], path: Path, fps: float, ffmpeg: str) -> N
         When ffmpeg fails; the message ends with what it said last.
     """
     width, height = frames[0].size
+    # One thread and bitexact: the same bytes for the same pictures. yuv420p plays everywhere and
+    # needs even sides.
     command = [
         ffmpeg, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
         "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",

@@ -149,11 +149,13 @@ class _Scene:
             handles=self._key(), loc="upper right", ncol=2, fontsize=7.5, frameon=False,
             bbox_to_anchor=(0.995, 0.998), labelcolor=INK, columnspacing=1.2, handlelength=1.4,
         )  # fmt: skip
+        # What lies above the labels is drawn again on top of what moves below them.
         over = [a for a in self.ax.get_children() if a.get_zorder() >= layer.get_zorder()]
         self.below, self.above = self._movers()
         for artist in (*over, *self.below.values(), *self.above.values()):
             artist.set_animated(True)
         self.canvas.draw()
+        # The map is drawn once and restored for each frame.
         self.background = self.canvas.copy_from_bbox(self.figure.bbox)
         self.names = self._alone(over)
 
@@ -169,9 +171,11 @@ class _Scene:
         pixels = np.asarray(self.canvas.buffer_rgba())
         rows, cols, colour, opacity = self.names
         under = pixels[rows, cols, :3]
+        # Alpha blending of the labels, kept as pixels: out = under * (1 - a) + colour * a.
         pixels[rows, cols, :3] = under + (colour - under) * opacity
         for artist in self.above.values():
             artist.draw(renderer)
+        # yuv420p halves the colour resolution, so sides must be even.
         even = pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2, :3]
         return Pictures.fromarray(np.ascontiguousarray(even))
 
@@ -298,6 +302,7 @@ def _canvas(figure: Figure) -> Any:
 
 def _over(top: NDArray[np.float64], bottom: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lay one RGBA image over another."""
+    # Porter and Duff, over: alpha = a + b (1 - a), colours weighed by them.
     a, b = top[..., 3:], bottom[..., 3:] * (1.0 - top[..., 3:])
     alpha = a + b
     colour = (top[..., :3] * a + bottom[..., :3] * b) / np.where(alpha > 0, alpha, 1.0)

@@ -64,21 +64,16 @@ def plot_components(
         sets.insert(0, ("before", before, ACCENTS["prior"]))
     axes = new_axes(ax, width=4.4, height=0.7 + 0.42 * len(after))
     size = font_pt(width_in(axes)) + 0.5
+    # Bars of one name touch; a fifth of the room is left between names.
     thick = 0.8 / len(sets)
     for k, (when, values, colour) in enumerate(sets):
         at = np.arange(len(after)) + (k - (len(sets) - 1) / 2) * thick
         shares = [100 * values[name] for name in after]
         axes.barh(at, shares, height=0.92 * thick, color=colour, label=when)
         for y, share in zip(at, shares, strict=True):
-            axes.annotate(
-                f"{share:.0f} %" if share >= 1 or share == 0 else "< 1 %",
-                (share, y),
-                xytext=(2, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=size - 0.5,
-                color=INK,
-            )
+            text = f"{share:.0f} %" if share >= 1 or share == 0 else "< 1 %"
+            _write_at(axes, text, share, y, 2, size)
+    # 12 % beyond the longest bar for the number at its end.
     axes.set_xlim(0, 112)
     axes.set_xticks([0, 25, 50, 75, 100])
     _finish(axes, list(after), label, title, size)
@@ -119,16 +114,8 @@ def plot_influence(
     colours = [ACCENTS["mentioned" if v >= 0 else "wrong"] for v in values.values()]
     axes.barh(np.arange(len(values)), list(values.values()), height=0.68, color=colours)
     for y, value in enumerate(values.values()):
-        axes.annotate(
-            f"{value:.2f}".replace("-", "−"),
-            (value, y),
-            xytext=(3 if value >= 0 else -3, 0),
-            textcoords="offset points",
-            ha="left" if value >= 0 else "right",
-            va="center",
-            fontsize=size - 0.5,
-            color=INK,
-        )
+        text = f"{value:.2f}".replace("-", "−")
+        _write_at(axes, text, value, y, 3 if value >= 0 else -3, size)
     axes.axvline(0.0, color=INK, lw=0.8)
     low, high = min(0.0, *values.values()), max(0.0, *values.values())
     room = max(0.25 * (high - low), 0.01)  # for the numbers at the ends
@@ -149,6 +136,14 @@ def _numbers(
             limits = "" if np.isinf(low) else f" in [{low:g}, {high:g}]"
             raise InputError(f"The {what} of '{name}' is {value}; expected a finite number{limits}")
     return values
+
+
+def _write_at(axes: Axes, text: str, x: float, y: float, off_pt: float, size: float) -> None:
+    """Write a number so many points beside the end of its bar, to the left where negative."""
+    axes.annotate(
+        text, (x, y), xytext=(off_pt, 0), textcoords="offset points", va="center",
+        ha="left" if off_pt > 0 else "right", fontsize=size - 0.5, color=INK,
+    )  # fmt: skip
 
 
 def _finish(axes: Axes, names: list[str], label: str, title: str | None, size: float) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, stroke, width_in
+from sloop_ppl.plots._axes import font_pt, new_axes, quote_texts, set_title, stroke, width_in
 from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
 from sloop_ppl.plots._frame_arrows import draw_frames
 from sloop_ppl.plots._marks import add_legend
@@ -75,9 +75,7 @@ def plot_belief(
         raise UnknownName("target", target, posterior.targets)
     axes = new_axes(ax, height=6.6 if colour_bar else 6.9)
     handles, layer = _draw(axes, posterior, target, truth, labels, colour_bar)
-    size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or target, size, width_in(axes))
-    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
+    set_title(axes, title or target)
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -110,6 +108,7 @@ def plot_beliefs(
     count = len(posterior.targets)
     if count == 0:
         raise InputError("The posterior holds no target; describe at least one")
+    # One wide panel, or two columns of panels that fit a page in landscape.
     cols = 1 if count == 1 else 2
     rows = -(-count // cols)
     width, height = (6.8, 7.3) if count == 1 else (11.0, 5.0 * rows + 0.9)
@@ -123,10 +122,7 @@ def plot_beliefs(
         panel.set_title(target, fontsize=10, color=INK, pad=5)
     for panel in list(figure.axes)[: rows * cols][count:]:
         panel.set_axis_off()
-    utterance = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
-    if utterance:
-        wrapped = fitted(f"“{utterance}”", 11.0, 0.92 * width)
-        figure.suptitle(wrapped, fontsize=11, color=INK, parse_math=False)
+    quote_texts(figure, posterior.texts, width)
     figure.legend(
         handles=list(handles.values()),
         loc="outside lower center",
@@ -147,6 +143,7 @@ def _draw(
     colour_bar: bool,
 ) -> tuple[list[Any], LabelLayer]:
     """Draw one target's panel; return handles for a legend and the layer of its labels."""
+    from matplotlib.colors import to_rgb
     from matplotlib.patches import Patch
 
     city = posterior.city
@@ -168,7 +165,7 @@ def _draw(
         handles.append(add_mark(ax, truth, "D", ACCENTS["truth"], "true place"))
         points.append((float(truth[0]), float(truth[1])))
     if grounds:
-        face = (*_rgb(ACCENTS["mentioned"]), 0.13)
+        face = (*to_rgb(ACCENTS["mentioned"]), 0.13)
         handles.append(
             Patch(facecolor=face, edgecolor=ACCENTS["mentioned"], lw=1.2, label="mentioned")
         )
@@ -196,30 +193,12 @@ def _shares(posterior: PosteriorLike, target: str) -> dict[str, float]:
     return {ground: p for ground, p in open_.items() if ground not in certain}
 
 
-def _rgb(colour: str) -> tuple[float, float, float]:
-    from matplotlib.colors import to_rgb
-
-    return to_rgb(colour)
-
-
 def add_mark(ax: Axes, place: tuple[float, float], marker: str, colour: str, label: str) -> Any:
     """Put a marker with a white rim at a place and return it as a handle."""
     size = {"*": 11.0, "D": 5.5}[marker] * stroke(ax)
-    (mark,) = ax.plot(
-        [place[0]],
-        [place[1]],
-        ls="none",
-        marker=marker,
-        ms=size,
-        mfc=colour,
-        mec=PAPER,
-        mew=1.0,
-        label=label,
-        zorder=5.0,
-        scalex=False,
-        scaley=False,
-    )
-    return mark
+    style: Any = {"ls": "none", "marker": marker, "ms": size, "mfc": colour, "mec": PAPER}
+    style |= {"mew": 1.0, "label": label, "zorder": 5.0, "scalex": False, "scaley": False}
+    return ax.plot([place[0]], [place[1]], **style)[0]
 
 
 def add_colour_bar(ax: Axes, image: AxesImage, label: str = "probability per cell") -> None:

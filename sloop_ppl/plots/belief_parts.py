@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
+from sloop_ppl.plots._axes import fitted, new_axes, set_title, width_in
 from sloop_ppl.plots._belief import check_cells, draw_cells, draw_hpd, mode_of
 from sloop_ppl.plots._marks import add_legend, add_scale_bar
 from sloop_ppl.plots._palette import ACCENTS, INK, difference_colours
@@ -158,24 +158,16 @@ def plot_change(
     axes = new_axes(ax, height=6.6)
     layer = draw_map(axes, city, labels=labels, muted=True, cells=True)
     change = posterior - prior
+    # The same scale for more and for less, so that no change is the clear middle.
     top = max(float(np.abs(change).max()), 1e-12)
-    image = draw_cells(
-        axes,
-        change,
-        city.grid,
-        cmap=difference_colours(),
-        norm=TwoSlopeNorm(0.0, vmin=-top, vmax=top),
-    )
+    norm = TwoSlopeNorm(0.0, vmin=-top, vmax=top)
+    image = draw_cells(axes, change, city.grid, cmap=difference_colours(), norm=norm)
     handles = draw_hpd(axes, posterior, city.grid)
     mode = mode_of(posterior, city.grid)
     handles.append(add_mark(axes, mode, "*", ACCENTS["mode"], "most probable cell"))
     layer.avoid(points=[mode])
     add_colour_bar(axes, image, "change of the probability of a cell")
-    size = font_pt(width_in(axes)) + 1.5
-    heading = title or f"{bits_gained(posterior, prior):.2f} bits gained"
-    axes.set_title(
-        fitted(heading, size, width_in(axes)), fontsize=size, color=INK, pad=5, parse_math=False
-    )
+    set_title(axes, title or f"{bits_gained(posterior, prior):.2f} bits gained")
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -185,6 +177,8 @@ def bits_gained(posterior: Cells, prior: Cells) -> float:
     """Return the Kullback-Leibler divergence of the posterior from the prior, bits."""
     held = posterior > 0
     with np.errstate(divide="ignore"):
+        # sum of p log2(p / q) over cells with p > 0; infinite where the prior excludes what is
+        # believed.
         ratio = np.log2(posterior[held]) - np.log2(prior[held])
     return float((posterior[held] * ratio).sum())
 
@@ -204,6 +198,7 @@ def _panel(
         raise InputError(f"The part '{words}' has a negative value; expected none below zero")
     layer = draw_map(ax, city, highlight=grounds, muted=True, cells=True, furniture=False)
     layer.labels = layer.labels[: len(dict.fromkeys(grounds))]
+    # 1e-300: a part that fits nowhere is drawn empty instead of dividing by zero.
     draw_cells(ax, values / max(float(values.max()), 1e-300), city.grid)
     if truth is not None:
         add_mark(ax, truth, "D", ACCENTS["truth"], "true place")

@@ -130,6 +130,8 @@ def display_name(landmark: Landmark) -> str:
     """Return a landmark's name, or its id taken apart into words."""
     if landmark.name:
         return landmark.name
+    # CamelCase apart: between lower and upper case or digit, and before the last of a run of
+    # capitals.
     return re.sub(r"(?<=[a-z])(?=[A-Z0-9])|(?<=[A-Z])(?=[A-Z][a-z])", " ", landmark.id)
 
 
@@ -169,18 +171,9 @@ def _outline(ax: Axes, city: CityMap, landmark: Landmark, opacity: float = 1.0) 
 
         shape = shape.buffer(road_width_m(landmark) / 2, cap_style="flat")
     shape = shapely.make_valid(shape) & shapely.box(*city.grid.extent_m)
-    draw_shape(ax, shape, facecolor=colour, edgecolor="none", alpha=0.13 * opacity, zorder=1.0)
-    width = 1.3 * stroke(ax)
-    draw_shape(
-        ax,
-        shape,
-        facecolor="none",
-        edgecolor=colour,
-        linewidth=width,
-        path_effects=[withStroke(linewidth=2 * width, foreground=PAPER, alpha=0.7)],
-        alpha=opacity,
-        zorder=3.0,
-    )
+    draw_shape(ax, shape, 1.0, colour, alpha=0.13 * opacity)
+    halo = [withStroke(linewidth=2.6 * stroke(ax), foreground=PAPER, alpha=0.7)]
+    draw_shape(ax, shape, 3.0, edge=colour, points=1.3, path_effects=halo, alpha=opacity)
 
 
 def _labels(
@@ -211,6 +204,7 @@ def _labels(
         and window.intersects(m.geometry)
     ]  # an ellipsis marks a name that was cut off in the source
     for landmark in sorted(named, key=lambda m: _rank(m, window)):
+        # Sizes beside 1: side streets and places are smaller than the street that leads to them.
         colour, size, style = palette.label, 1.0, "normal"
         if landmark.kind in PATH_KINDS:
             colour, size = palette.road_label, 0.97 if landmark.kind == "street" else 0.85

@@ -52,6 +52,7 @@ def plot_context(
     axes.set_xticks([])
     axes.set_yticks([])
     if frame_angle_rad is not None:
+        # The landmark itself is what counts most: the middle of its darkest cells.
         rows, cols = np.nonzero(image >= image.max())
         middle = float(cols.mean()), float(rows.mean())
         length = 0.25 * min(image.shape)

@@ -16,6 +16,7 @@ __all__ = ["animation_formats", "check_figure_path", "figure_formats", "save_fig
 
 _FIGURES = ("jpg", "pdf", "png", "svg")
 _ANIMATIONS = ("gif", "mp4")
+# Dates and versions, which would make equal figures differ.
 _METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None},
     "png": {"Software": None},
@@ -94,6 +95,7 @@ def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -
     if figure is None:
         raise InputError("The axes belong to no figure any more; draw again and save the result")
     try:
+        # A fixed salt: matplotlib draws ids of SVG elements at random without one.
         with mpl.rc_context({"svg.hashsalt": "sloop"}), written_whole(chosen) as whole:
             figure.savefig(
                 whole, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)

@@ -1,9 +1,9 @@
-"""Draw which way a landmark faces as a rose on the landmark itself."""
+"""Draw which way landmarks face, as roses on the landmarks themselves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, width_in
+from sloop_ppl.plots._axes import new_axes, set_title
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED, PAPER
-from sloop_ppl.plots._protocols import FrameLike
+from sloop_ppl.plots._protocols import DistributionLike, FrameLike
 from sloop_ppl.plots.city import display_name, draw_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["frame_bins", "plot_frame"]
+__all__ = ["frame_bins", "plot_frame", "plot_frames"]
 
 Bins = NDArray[np.float64]
+# A spread of 1 / sqrt(500), 2.6 degrees, half a bin of 72.
 _EXACT_KAPPA = 500.0
 
 
@@ -46,6 +47,7 @@ def frame_bins(frames: Sequence[FrameLike], bins: int = 72) -> Bins:
     total = np.zeros(bins)
     for frame in frames:
         kappa = _EXACT_KAPPA if frame.kappa is None else frame.kappa
+        # von Mises density without its constant, which the sum over bins replaces.
         part = np.exp(kappa * (np.cos(angles - frame.mean_rad) - 1.0))
         total += frame.p * part / part.sum()
     rest = max(0.0, 1.0 - float(sum(f.p for f in frames)))
@@ -106,6 +108,7 @@ def plot_frame(
     axes = new_axes(ax, width=4.6, height=4.9)
     x, y = city.centroid(ground)
     west, south, east, north = city.footprint(ground).bounds
+    # A little beyond the footprint, and not less than 12 % of the map, to see a small one.
     reach = max(
         0.62 * max(east - west, north - south), 0.12 * (city.grid.east_m - city.grid.west_m)
     )
@@ -120,6 +123,7 @@ def plot_frame(
     for turn in np.linspace(0.25, 1.0, 4):
         axes.add_patch(_ring(x, y, turn * radius))
     handles: list[Any] = []
+    # The area of a sector grows with the square of its radius, so the radius is sqrt(probability).
     petals = Path(_petals(x, y, radius * np.sqrt(after * len(after)) / top))
     axes.add_patch(
         PathPatch(petals, facecolor=colour, alpha=0.75, edgecolor=INK, linewidth=0.5, zorder=4.0)
@@ -131,9 +135,7 @@ def plot_frame(
         handles.append(Line2D([], [], color=INK, lw=1.0, ls=(0, (2, 1.5)), label="prior"))
     axes.plot([x], [y], "o", ms=4, mfc=INK, mec=PAPER, mew=0.7, zorder=4.4)
     layer.avoid(points=[(x, y)])
-    size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or f"Front of {display_name(landmark)}", size, width_in(axes))
-    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
+    set_title(axes, title or f"Front of {display_name(landmark)}")
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -166,6 +168,72 @@ def _petals(x: float, y: float, radii: Bins) -> NDArray[np.float64]:
     count = len(radii)
     points: list[tuple[float, float]] = []
     for k, r in enumerate(radii):
+        # Seven points an arc: round to the eye at 72 bins.
         arc = 2 * math.pi * (k + np.linspace(-0.5, 0.5, 7)) / count
         points += [(x + r * math.cos(a), y + r * math.sin(a)) for a in arc]
     return np.array([*points, points[0]])
+
+
+_BINS = 180
+_SMOOTH_KAPPA = 120.0  # five degrees, so that a sharp front is a petal and not a line
+_LEAST_M, _MOST_M = 0.03, 0.07  # radius of a rose, in sides of the map
+
+
+def plot_frames(
+    city: CityMap, frames: Mapping[str, DistributionLike], *, ax: Axes | None = None
+) -> Axes:
+    """Draw a small rose on each landmark: how probable it is that it faces each direction.
+
+    Parameters
+    ----------
+    city
+        The map.
+    frames
+        Landmark id -> distribution of its front.
+    ax
+        Axes to draw on; a new pyplot figure when None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes, in metres. The area of a petal is its probability within its rose, blurred by
+        five degrees; the radius of a rose grows with its landmark.
+
+    Raises
+    ------
+    UnknownName
+        When a landmark is not on the map.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    axes = new_axes(ax)
+    draw_map(axes, city, labels=False, muted=True)
+    axes.set_facecolor(MUTED.ground)
+    side = city.grid.east_m - city.grid.west_m
+    angles = 2 * np.pi * np.arange(_BINS) / _BINS
+    # Circular convolution with a von Mises kernel, columns summing to one, shape (bins, bins).
+    blur = np.exp(_SMOOTH_KAPPA * (np.cos(angles[:, None] - angles) - 1))
+    blur /= blur.sum(0)
+    for name, frame in frames.items():
+        x, y = city.centroid(name)
+        west, south, east, north = city.footprint(name).bounds
+        reach = min(max(0.6 * max(east - west, north - south), _LEAST_M * side), _MOST_M * side)
+        radius = np.sqrt(blur @ frame.binned(_BINS))
+        radius *= reach / max(radius.max(), 1e-12)
+        outline = np.column_stack([
+            x + radius * np.cos(angles),
+            y + radius * np.sin(angles),
+        ])  # fmt: skip
+        axes.add_patch(
+            PathPatch(
+                Path(outline, closed=False),
+                facecolor=ACCENTS["frame"],
+                edgecolor=INK,
+                linewidth=0.4,
+                alpha=0.85,
+                zorder=4.0,
+                gid="front",
+            )
+        )
+    return axes

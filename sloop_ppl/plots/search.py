@@ -11,11 +11,11 @@ import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
-from sloop_ppl.plots._axes import fitted, font_pt, new_axes, stroke, width_in
+from sloop_ppl.plots._axes import new_axes, set_title
 from sloop_ppl.plots._belief import check_cells, draw_cells, region_outline
 from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._marks import add_legend
-from sloop_ppl.plots._palette import ACCENTS, INK, belief_colours
+from sloop_ppl.plots._palette import ACCENTS, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
 from sloop_ppl.plots._robot import draw_finds, draw_path, draw_targets, seen_image, sparse_steps
 from sloop_ppl.plots.city import draw_map
@@ -79,14 +79,8 @@ def plot_search(
         draw_cells(axes, together(beliefs, city), city.grid, alpha=0.75, zorder=1.8)
     seen = seen_image(episode.views, city.grid.shape)
     draw_cells(axes, seen, city.grid, zorder=1.6, vmin=None)
-    draw_shape(
-        axes,
-        region_outline(seen[..., 3] > 0, city.grid),
-        facecolor="none",
-        edgecolor=ACCENTS["view"],
-        linewidth=0.9 * stroke(axes),
-        zorder=2.3,
-    )
+    border = region_outline(seen[..., 3] > 0, city.grid)
+    draw_shape(axes, border, 2.3, edge=ACCENTS["view"], points=0.9)
     handles = draw_path(axes, episode.poses)
     handles += draw_targets(axes, episode.places, episode.found_targets, imagined)
     finds, discs = draw_finds(axes, episode)
@@ -98,9 +92,7 @@ def plot_search(
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
-    size = font_pt(width_in(axes)) + 1.5
-    fitted_title = fitted(title or outcome(episode), size, width_in(axes))
-    axes.set_title(fitted_title, fontsize=size, color=INK, pad=5, parse_math=False)
+    set_title(axes, title or outcome(episode))
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -121,18 +113,11 @@ def outcome(episode: EpisodeLike) -> str:
 
 
 def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:
-    """Return one picture of several beliefs: each scaled to its peak, the greatest of them.
-
-    Parameters
-    ----------
-    beliefs
-        Belief of each target, shape (H, W).
-    city
-        The map.
-    """
+    """Return one picture of several beliefs: each scaled to its peak, the greatest of them."""
     scaled = [np.zeros(city.grid.shape)]
     for name, belief in beliefs.items():
         table = check_cells(belief, city, f"The belief of '{name}'")
+        # 1e-300: a belief that is zero everywhere stays clear.
         scaled.append(table / max(float(table.max()), 1e-300))
     return np.max(scaled, axis=0)  # type: ignore[no-any-return]
 
@@ -143,6 +128,7 @@ def along(poses: Sequence[Any], step_m: float) -> list[tuple[float, float]]:
     for (x0, y0, *_), (x1, y1, *_) in itertools.pairwise(poses):
         parts = int(np.hypot(x1 - x0, y1 - y0) / step_m) + 1
         for t in np.linspace(0.0, 1.0, parts + 1):
+            # Rounded to a micrometre, so that a pose visited twice is one point.
             points[round(x0 + t * (x1 - x0), 6), round(y0 + t * (y1 - y0), 6)] = None
     return list(points)
 

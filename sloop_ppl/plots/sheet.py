@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.plots._axes import fitted
+from sloop_ppl.plots._axes import quote_texts
 from sloop_ppl.plots._palette import INK
 from sloop_ppl.plots._protocols import FrameLike, PosteriorLike
 from sloop_ppl.plots.bars import plot_components, plot_influence
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["FrameRose", "SheetParts", "plot_sheet", "plot_sheets"]
 
 Cells = NDArray[np.float64]
+# More small maps would be too small to tell streets apart.
 _MOST_PARTS, _MOST_ROSES = 6, 2
 
 
@@ -176,10 +177,7 @@ def plot_sheets(posterior: PosteriorLike, sheets: Mapping[str, SheetParts]) -> F
     bands = figure.subfigures(len(sheets), 1, squeeze=False, height_ratios=[h for _, h in sizes])
     for band, (target, sheet) in zip(bands.flat, sheets.items(), strict=True):
         _fill(band, posterior, target, sheet)
-    utterance = " ".join(" ".join(t.split()) for t in posterior.texts if t.strip())
-    if utterance:
-        fitted_title = fitted(f"“{utterance}”", 11.0, 0.92 * width)
-        figure.suptitle(fitted_title, fontsize=11, color=INK, parse_math=False)
+    quote_texts(figure, posterior.texts, width)
     return figure
 
 
@@ -198,6 +196,7 @@ def _size(sheet: SheetParts) -> tuple[float, float]:
     maps = bool(sheet.parts or sheet.component_maps)
     if not maps and not _boxes(sheet):
         return 6.8, 7.0
+    # Inches: a landscape page for the maps, a band of 3.2 for the boxes below them.
     return 13.2, 6.3 + 3.2 * (maps and _boxes(sheet) > 0)
 
 

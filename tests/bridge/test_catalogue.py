@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-from sloop_ppl.bridge.catalogue import CATALOGUE, names_of
+from sloop_ppl.bridge._catalogue import CATALOGUE, names_of
 from sloop_ppl.errors import UnknownName
 from sloop_ppl.inference import ENGINES, Exact
 from sloop_ppl.registry import Registry

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sloop_ppl.bridge import search
+from sloop_ppl.bridge._tracking import BeliefTracker
 from sloop_ppl.bridge.searching import imagined_places
-from sloop_ppl.bridge.tracking import BeliefTracker
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound
 from sloop_ppl.inference import infer_description
 from sloop_ppl.models import Component, PredictedSpread, preset

@@ -119,7 +119,7 @@ def test_a_file_that_is_no_map_names_feature_and_field(tmp_path, capsys):
 
 def test_outputs_are_checked_before_the_work(tmp_path, capsys, monkeypatch):
     """Nothing is inferred when the figure cannot be written."""
-    import sloop_ppl.bridge.requests as requests
+    import sloop_ppl.bridge._requests as requests
 
     monkeypatch.setattr(requests, "parse", lambda *_, **__: pytest.fail("worked before checking"))
     refused(capsys, [*INFER, "--figure", tmp_path / "absent" / "f.png"])

@@ -8,7 +8,7 @@ import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.bridge import facade
-from sloop_ppl.bridge.typed_places import read_hearer
+from sloop_ppl.bridge._typed import read_hearer
 from sloop_ppl.cli import main
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import HEARER, PARSERS, Description, SpatialRelation, TargetObject

@@ -38,11 +38,44 @@ def test_eval_parse_prints_the_agreed_keys(capsys, tmp_path):
     told = json.loads(out)
     assert list(told) == [
         "n", "tuple_f1", "class_f1", "pair_f1", "precision", "recall", "per_relation",
+        "polarity_f1", "linking_recall", "wholly_right", "false_positives", "not_scored",
+        "statuses", "phenomena",
     ]  # fmt: skip
     assert told["tuple_f1"] == 1.0
     words = ("--merge-maps", "--misspell", "0.15", "--seed", "0")
     out, _ = run(capsys, 0, "eval", "parse", file, *words)
     assert "1 descriptions: tuple F1" in out
+
+
+def test_eval_parse_judges_confidence_and_tells_misses(capsys, tmp_path):
+    file = tmp_path / "said.jsonl"
+    wrong = {**LINE, "id": "b", "text": "The red bike is near Rumor"}
+    file.write_text(f"{json.dumps(LINE)}\n{json.dumps(wrong)}")
+    out, _ = run(capsys, 0, "eval", "parse", file, "--misses", "--confidence")
+    assert "  missed  RedBike near Ivy\n  wrong   RedBike near Rumor\n" in out
+    assert "confidence of 2 relations, 0.500 of them right" in out
+    out, _ = run(capsys, 0, "eval", "parse", file, "--confidence", "--json")
+    assert list(json.loads(out)["confidence"]) == [
+        "n", "right", "slope", "slope_ci95", "brier", "brier_constant", "auc", "bins",
+    ]  # fmt: skip
+
+
+def test_eval_quality_without_gold_scores_what_is_read(capsys, tmp_path):
+    place = {"RedBike": {"east_m": 2.5, "north_m": 2.5}}
+    line = {"id": "a", "map": "cleveland", "text": LINE["text"], "targets": place}
+    file = tmp_path / "said.jsonl"
+    file.write_text(json.dumps(line))
+    words = ("eval", "quality", file, "--models", "uniform")
+    out, _ = run(capsys, 0, *words, "--parsed", "--json")
+    assert json.loads(out)["models"]["uniform"]["n"] == 1
+    _, err = run(capsys, 2, *words)
+    assert err == (
+        "sloop: No description has gold 'relations'; score what the parser reads with --parsed\n"
+    )
+    both = [line, {**line, "id": "b", "relations": []}]
+    file.write_text("\n".join(map(json.dumps, both)))
+    _, err = run(capsys, 0, *words)
+    assert err.splitlines()[0] == "1 lines without gold relations passed over"
 
 
 def test_eval_quality_prints_the_agreed_keys(capsys, tmp_path):

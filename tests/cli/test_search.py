@@ -110,7 +110,7 @@ def test_a_saved_episode_is_drawn_again(tmp_path, capsys):
 
 
 def test_ctrl_c_leaves_what_was_done(tmp_path, capsys, monkeypatch):
-    import sloop_ppl.bridge.search_request as search_request
+    import sloop_ppl.bridge._search_request as search_request
 
     tell, told = search_request.step_line, []
 

@@ -162,13 +162,12 @@ def test_cells_are_those_of_the_map_that_is_found(read):
         ({"id": 7}, "field 'id' is 7; expected a text"),
         ({"text": "  "}, "field 'text' is '  '; expected a text"),
         ({"map": None}, "field 'map' is missing; expected a text"),
-        ({"relations": None}, "field 'relations' is missing; expected a list"),
         ({"relations": {}}, "field 'relations' is a dict; expected a list"),
         ({"relations": ["on"]}, "field 'relations[0]' is a str; expected an object"),
         ({"targets": []}, "field 'targets' is a list; expected an object"),
         (
             {"targets": {"RedBike": {"east_m": 1.0}}, "relations": []},
-            "field 'targets.RedBike.north_m' is missing; expected a number",
+            "field 'targets.RedBike.north_m' is missing; expected a finite number",
         ),
         (
             {"targets": {"RedBike": {"east_m": float("nan"), "north_m": 0}}, "relations": []},
@@ -250,7 +249,10 @@ def test_a_fault_names_file_line_field_and_what_was_expected(read, tmp_path, cha
             {"relations": [entry("behnd", "HoytBlock")]},
             ["field 'relations[0].relation'", "'behnd'", "did you mean 'behind'?"],
         ),
-        ({"frames": [{"ground": "x", "relation": "front"}]}, ["field 'frames[0].ground'", "'x'"]),
+        (
+            {"frames": [{"ground": "x", "relation": "front", "front_deg": 0}]},
+            ["field 'frames[0].ground'", "'x'"],
+        ),
     ],
 )
 def test_a_fault_passes_on_what_the_registry_would_have_accepted(read, changes, words):
@@ -333,13 +335,19 @@ def test_a_line_may_say_where_who_listens_was_and_which_area_is_searched(read):
     ("changes", "fault"),
     [
         ({"hearer": [1, 2]}, "field 'hearer' is a list; expected an object"),
-        ({"hearer": {"east_m": 1}}, "field 'hearer.north_m' is missing; expected a number"),
+        ({"hearer": {"east_m": 1}}, "field 'hearer.north_m' is missing; expected a finite number"),
         (
             {"hearer": {"east_m": 1, "north_m": float("inf")}},
             "field 'hearer.north_m' is inf; expected a finite number",
         ),
-        ({"area_m": [0, 0, 1]}, "field 'area_m' is [0, 0, 1]; expected 4 numbers"),
-        ({"area_m": [0, 0, "1", 2]}, "field 'area_m' is '1'; expected a finite number"),
+        (
+            {"area_m": [0, 0, 1]},
+            "field 'area_m' is [0, 0, 1]; expected four numbers: west, south, east, north",
+        ),
+        (
+            {"area_m": [0, 0, "1", 2]},
+            "field 'area_m' is [0, 0, '1', 2]; expected four numbers: west, south, east, north",
+        ),
         (
             {"area_m": [10, 0, 5, 2]},
             (

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sloop_ppl.language import RELATIONS, WHOLE_MAP, parse
+from sloop_ppl.language import NOT_ON_MAP, RELATIONS, WHOLE_MAP, parse
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.maps import load_map
 
@@ -45,7 +45,8 @@ def check(text):
     for relation in said.relations:
         assert relation.relation in RELATIONS
         assert relation.figure in spoken
-        assert all(ground in CITY or ground == WHOLE_MAP for ground in relation.grounds)
+        named = {WHOLE_MAP, NOT_ON_MAP, *spoken}
+        assert all(ground in CITY or ground in named for ground in relation.grounds)
         assert 0.0 <= relation.confidence <= 1.0
         spans = relation.spans
         for start, end in (spans.figure, spans.relation, *spans.grounds):

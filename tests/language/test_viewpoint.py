@@ -5,7 +5,7 @@ import json
 import pytest
 
 import sloop_ppl as sloop
-from sloop_ppl.bridge.timed_utterances import follow_up
+from sloop_ppl.bridge._timed_utterances import follow_up
 from sloop_ppl.cli import main
 from sloop_ppl.errors import UnknownName
 from sloop_ppl.eval import read_descriptions

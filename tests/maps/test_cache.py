@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from sloop_ppl.maps import CityMap, Grid, Landmark, load_map
-from sloop_ppl.maps.cache import BoundedCache
+from sloop_ppl.maps._cache import BoundedCache
 from sloop_ppl.maps.city import FIELDS
 
 

@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from sloop_ppl.bridge.requests import model_of
+from sloop_ppl.bridge._requests import model_of
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
 from sloop_ppl.models import preset

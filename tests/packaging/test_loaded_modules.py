@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 from support.tree import run_python
 
-from sloop_ppl.bridge.catalogue import CATALOGUE
+from sloop_ppl.bridge._catalogue import CATALOGUE
 
 TEXT = "the green toyota is behind velvet dog and near ivy"
 TABLES = {"h5netcdf", "h5py", "pandas", "pyarrow", "xarray", "dask"}

@@ -12,7 +12,7 @@ ALLOWED = {
     # `sloop.search(..., said={step: text})` is a name that the contracts fix.
     ("sloop_ppl/bridge/searching.py", "said"),
     # Its caller hands that argument on.
-    ("sloop_ppl/bridge/search_request.py", "said"),
+    ("sloop_ppl/bridge/_search_request.py", "said"),
 }
 
 

@@ -34,12 +34,13 @@ def test_it_holds_nothing_else(wheel):
     assert {t for t in tops if not t.endswith(".dist-info")} == {"sloop_ppl"}
 
 
-def test_it_names_both_licences(wheel):
+def test_it_names_every_licence(wheel):
     with zipfile.ZipFile(wheel) as archive:
         (metadata,) = (n for n in archive.namelist() if n.endswith(".dist-info/METADATA"))
         lines = archive.read(metadata).decode().splitlines()
     assert "License-Expression: Apache-2.0" in lines
     assert "License-File: LICENSE" in lines
+    assert "License-File: sloop_ppl/data/kinds/NOTICE.md" in lines
     assert "License-File: sloop_ppl/data/maps/NOTICE.md" in lines
 
 

@@ -16,9 +16,8 @@ from sloop_ppl.planning import (
     SearchTransitionModel,
     run_search,
 )
-from sloop_ppl.planning.obstacles import height_m, tall_cells
-from sloop_ppl.planning.pose_tables import next_poses, visible_mass
-from sloop_ppl.planning.sensors import cells_between
+from sloop_ppl.planning._search_tables import likeliest_poses, visible_mass
+from sloop_ppl.planning.obstacles import cells_between, height_m, tall_cells
 
 
 def building(**properties):
@@ -86,7 +85,7 @@ def test_a_no_fly_building_stops_a_step_wherever_it_stands_on_the_way(wall):
     space = type(space_of())((7, 9), ("A",), SearchConfig(no_fly=True), tall)
     pose = space.encode(3, 4, 0)
     assert space.next_pose(0, pose) == pose
-    assert next_poses(space)[0, pose] == pose
+    assert likeliest_poses(space)[0, pose] == pose
     state = SearchState(space.robot(pose), (0,))
     after = SearchTransitionModel(space).sample(state, space.actions[0])
     assert after.robot.collided

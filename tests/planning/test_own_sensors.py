@@ -23,9 +23,8 @@ from sloop_ppl.planning import (
     fan_offsets,
     run_search,
 )
-from sloop_ppl.planning._search_tables import hidden_cells
-from sloop_ppl.planning.pose_tables import visible_mass
-from sloop_ppl.planning.sensors import cells_between
+from sloop_ppl.planning._search_tables import hidden_cells, visible_mass
+from sloop_ppl.planning.obstacles import cells_between
 
 SHAPE = (7, 9)
 CITY = city_of(*SHAPE)

@@ -22,9 +22,9 @@ from sloop_ppl.planning._clairvoyant import (
 )
 from sloop_ppl.planning._path_kernel import lift_last, sink_first
 from sloop_ppl.planning._path_map import path_map_of
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from, visible_mass
 from sloop_ppl.planning._value_bound import bound_from, set_mass, value_bound_of
 from sloop_ppl.planning.path_search import RunningPathSearch, sharpened
-from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
 
 bound_at = numba.njit(lambda bound, pose, n_cols: bound_from(bound, pose, n_cols))
 lift = numba.njit(lambda heap, score, size: lift_last(heap, score, size))
@@ -101,7 +101,7 @@ def test_the_first_way_is_the_greedy_one(settings):
         planner = RunningPathSearch(space)
         agent = agent_of(space, {"A": table.reshape(9, 11)}, int(rng.integers(99 * 8)))
         pose = agent.belief.robot.pose
-        nexts = next_poses(space)
+        nexts = likeliest_poses(space)
         reach = reach_from(pose, nexts)
         score = visible_mass(space, [sharpened(table, space.config.hedge)]) * 0.95**reach.steps
         score[reach.steps < 0], score[pose] = 0.0, 0.0
@@ -206,7 +206,7 @@ def test_ways_round_walls_are_counted():
     walls = np.random.default_rng(3).random((9, 11)) < 0.2
     plain = space_of((9, 11), no_fly=True, occlusion=True)
     space = type(plain)((9, 11), ("A",), plain.config, walls)
-    around, nexts = bound_of(space).around, next_poses(space)
+    around, nexts = bound_of(space).around, likeliest_poses(space)
     assert around.shape == (99 * 8, 99)
     views = [space.view(pose) for pose in range(99 * 8)]
     for pose in range(5, 99 * 8, 97):

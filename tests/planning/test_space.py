@@ -10,7 +10,7 @@ from support.small_searches import space_of
 
 from sloop_ppl.errors import InputError, OutsideMap, UnknownName
 from sloop_ppl.planning import Pose, SearchConfig
-from sloop_ppl.planning.pose_tables import next_poses, reach_from, visible_mass
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_from, visible_mass
 
 
 def test_actions_come_in_their_declared_order():
@@ -127,7 +127,7 @@ def test_preferred_moves_go_nearer_or_turn_towards():
 
 def test_all_poses_at_once_agree_with_one_pose_at_a_time():
     space = space_of(turn_deg=90)
-    table = next_poses(space)
+    table = likeliest_poses(space)
     for pose in range(space.n_cells * 8):
         assert [space.next_pose(i, pose) for i in range(3)] == table[:, pose].tolist()
     belief = np.random.default_rng(0).dirichlet(np.ones(space.n_cells))
@@ -138,7 +138,7 @@ def test_all_poses_at_once_agree_with_one_pose_at_a_time():
 
 def test_reach_counts_the_fewest_moves_and_its_first_move_leads_there():
     space = space_of()
-    nexts = next_poses(space)
+    nexts = likeliest_poses(space)
     start = space.encode(3, 4, 0)
     reach = reach_from(start, nexts)
     assert reach.steps[space.encode(3, 7, 0)] == 1

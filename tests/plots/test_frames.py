@@ -13,7 +13,7 @@ from sloop_ppl.maps import load_map
 from sloop_ppl.models.frames import FrameDistribution, FramePart, context_image
 from sloop_ppl.plots.context import plot_context
 from sloop_ppl.plots.deviations import draw_deviations, plot_deviations
-from sloop_ppl.plots.frames import plot_frames
+from sloop_ppl.plots.frame import plot_frames
 
 NORTH = FrameDistribution((FramePart(math.pi / 2, 50.0, 0.9),), lapse=0.1)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.reader import Bounds
+from sloop_ppl.maps.osm._reader import Bounds
 
 __all__ = ["box_grid", "grid_bounds", "read_degrees", "square_grid"]
 
@@ -23,8 +23,6 @@ def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
         Latitude and longitude, degrees.
     side_m
         Side of the square, metres, > 0.
-    cell_m
-        Side of a cell, metres, > 0.
 
     Raises
     ------
@@ -32,11 +30,13 @@ def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
         When a number cannot be used.
     """
     lat, lon = _numbers(centre, 2, "centre", "latitude,longitude")
+    # At the poles longitudes meet, and an equidistant square means nothing.
     if not (-89 <= lat <= 89 and -180 <= lon <= 180):
         raise InputError(
             f"centre is {lat:g},{lon:g}; expected latitude,longitude with the latitude in "
             "[-89, 89] and the longitude in [-180, 180]; are they swapped?"
         )
+    # A limit against slips: 200 km are no city.
     if not (math.isfinite(side_m) and 0 < side_m <= 200_000):
         raise InputError(f"side_m is {side_m:g}; expected metres, more than 0 and up to 200000")
     return Grid.square(side_m / 2, cell_m, (lat, lon))
@@ -49,8 +49,6 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
     ----------
     bbox
         West, south, east and north, degrees.
-    cell_m
-        Side of a cell, metres, > 0.
 
     Raises
     ------
@@ -68,6 +66,7 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
     centre = ((south + north) / 2, (west + east) / 2)
     frame = Grid.square(1.0, 1.0, centre)
     x, y = frame.from_lonlat([west, east, centre[1], centre[1]], [centre[0]] * 2 + [south, north])
+    # The sides through the middle of the box, in whole centimetres.
     left, bottom, right, top = (round(float(side), 2) for side in (x[0], y[2], x[1], y[3]))
     return Grid(left, bottom, right, top, cell_m, centre)
 
@@ -75,6 +74,7 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
 def grid_bounds(grid: Grid) -> Bounds:
     """Return the longitudes and latitudes that a grid's extent reaches."""
     west, south, east, north = grid.extent_m
+    # Nine points a side: sides that are straight in metres bulge in degrees.
     x = np.linspace(west, east, 9)
     y = np.linspace(south, north, 9)
     lon, lat = grid.to_lonlat(

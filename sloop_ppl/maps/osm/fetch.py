@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 from sloop_ppl.errors import InputError, MapError
+from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.osm._feature import OsmData, OsmFeature
 from sloop_ppl.maps.osm.extent import grid_bounds, square_grid
-from sloop_ppl.maps.osm.feature import OsmData, OsmFeature
 from sloop_ppl.maps.osm.import_report import ImportReport
 from sloop_ppl.maps.osm.importer import build_map
-from sloop_ppl.maps.symbols import folded
 
 __all__ = ["fetch_place"]
 
@@ -82,7 +82,8 @@ def fetch_place(
         raise MapError(_refused(place, error)) from error
     report = ImportReport(read=len(table))
     data = OsmData([_feature(index, row) for index, row in table.iterrows()])
-    city = build_map(data, grid, name or _file_name(place), report, notify)
+    called = name or folded(place.split(",")[0]).replace(" ", "_") or "place"
+    city = build_map(data, grid, called, report, notify)
     if not city.landmarks:
         raise MapError(f"There is nothing to map round '{place}'; choose another place")
     return city, report
@@ -92,18 +93,12 @@ def _feature(index: Any, row: Any) -> OsmFeature:
     tags = {
         str(key): str(value)
         for key, value in row.items()
-        if key != "geometry" and value is not None and not _is_nan(value)
+        if key != "geometry"
+        and value is not None
+        and not (isinstance(value, float) and math.isnan(value))  # pandas fills with NaN
     }
     outline = row.geometry.exterior if row.geometry.geom_type == "Polygon" else None
     return OsmFeature(f"{index[0]}/{index[1]}", tags, row.geometry, outline)
-
-
-def _is_nan(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
-
-
-def _file_name(place: str) -> str:
-    return folded(place.split(",")[0]).replace(" ", "_") or "place"
 
 
 def _refused(place: str, error: Exception) -> str:

@@ -11,15 +11,15 @@ from sloop_ppl.errors import InputError, MapError
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm.buildings import Buildings
-from sloop_ppl.maps.osm.coast import sea
+from sloop_ppl.maps.osm._buildings import Buildings
+from sloop_ppl.maps.osm._coast import sea
+from sloop_ppl.maps.osm._feature import OsmData
+from sloop_ppl.maps.osm._landmarks import landmarks_of
+from sloop_ppl.maps.osm._merge import merge_pieces
+from sloop_ppl.maps.osm._pieces import pieces_of, projected
+from sloop_ppl.maps.osm._reader import Bounds, file_bounds, read_osm
 from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
-from sloop_ppl.maps.osm.feature import OsmData
 from sloop_ppl.maps.osm.import_report import ImportReport
-from sloop_ppl.maps.osm.landmarks import landmarks_of
-from sloop_ppl.maps.osm.merge import merge_pieces
-from sloop_ppl.maps.osm.pieces import pieces_of, projected
-from sloop_ppl.maps.osm.reader import Bounds, file_bounds, read_osm
 
 __all__ = ["ATTRIBUTION", "build_map", "import_osm"]
 
@@ -71,7 +71,7 @@ def import_osm(
     MapError
         When the file cannot be read or has nothing in the patch.
     """
-    file, notify, report = Path(path), progress or _silent, ImportReport()
+    file, notify, report = Path(path), progress or (lambda _: None), ImportReport()
     grid = _asked(centre, side_m, bbox, everything, cell_m)
     if not file.is_file():
         raise MapError(f"File '{path}' cannot be read: no such file; expected .osm or .osm.pbf")
@@ -115,10 +115,6 @@ def _corners(city: CityMap) -> list[int]:
     return [int(shapely.get_num_coordinates(m.geometry)) for m in city.landmarks]
 
 
-def _silent(_: str) -> None:
-    pass
-
-
 def _asked(
     centre: Sequence[float] | None,
     side_m: float | None,
@@ -150,6 +146,7 @@ def _empty(file: Path, grid: Grid, known: Bounds | None) -> str:
         return f"{message}; choose another centre"
     west, south, east, north = known
     hint = "choose a centre inside"
+    # The centre would lie inside if its numbers were exchanged.
     if south <= lon <= north and west <= lat <= east:
         hint = "latitude and longitude are swapped"
     return f"{message}; it covers lat {south:g} to {north:g}, lon {west:g} to {east:g}: {hint}"

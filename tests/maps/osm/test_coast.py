@@ -4,8 +4,8 @@ import pytest
 import shapely
 
 from sloop_ppl.maps import Grid
-from sloop_ppl.maps.osm.coast import sea
-from sloop_ppl.maps.osm.feature import OsmFeature
+from sloop_ppl.maps.osm._coast import sea
+from sloop_ppl.maps.osm._feature import OsmFeature
 
 GRID = Grid.square(50.0)
 

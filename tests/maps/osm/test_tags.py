@@ -2,10 +2,10 @@
 
 import pytest
 
-from sloop_ppl.maps.osm.classify import classify, is_underground
-from sloop_ppl.maps.osm.feature_names import address, aliases, local_languages, name_of
-from sloop_ppl.maps.osm.measures import ROAD_WIDTH_M, height_m, length_m, road_width_m
-from sloop_ppl.maps.symbols import camel_case, folded, unique
+from sloop_ppl.maps._symbols import camel_case, folded, unique
+from sloop_ppl.maps.osm._classify import classify, is_underground
+from sloop_ppl.maps.osm._feature_names import address, aliases, local_languages, name_of
+from sloop_ppl.maps.osm._measures import ROAD_WIDTH_M, height_m, length_m, road_width_m
 
 
 @pytest.mark.parametrize(

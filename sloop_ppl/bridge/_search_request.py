@@ -1,0 +1,224 @@
+"""Carry out what ``sloop search`` asks for: infer, search, tell of it and write it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sloop_ppl.bridge._formatting import outcome_line, step_line, unresolved_lines, why_lines
+from sloop_ppl.bridge._replay import draw_episode
+from sloop_ppl.bridge._requests import posterior_of, saved_posterior
+from sloop_ppl.bridge._timed_utterances import read_utterances
+from sloop_ppl.bridge._trees import TREE_DEPTH, TreeKeeper, check_tree
+from sloop_ppl.bridge._typed import read_hearer, read_places, read_settings, read_start
+from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
+from sloop_ppl.bridge.searching import search
+from sloop_ppl.errors import InputError
+from sloop_ppl.inference import Posterior
+from sloop_ppl.models import fitting_note
+from sloop_ppl.outputs import check_output
+from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
+from sloop_ppl.planning.episode import Step
+from sloop_ppl.planning.planners import planner_of
+from sloop_ppl.plots import check_figure_path
+from sloop_ppl.rng import child
+
+__all__ = ["SearchRequest", "SearchResult", "run_request"]
+
+
+@dataclass(frozen=True)
+class SearchRequest:
+    """What ``sloop search`` asks for; see its options."""
+
+    text: str | None
+    map_name: str | None
+    places: tuple[str, ...] = ()
+    start: str | None = None
+    targets: Path | None = None
+    model: str = "bayes"
+    variant: str = "published"
+    engine: str = "exact"
+    frames: str | None = None
+    params: Path | None = None
+    prior: str | None = None
+    viewpoint: str = "map"
+    hearer: str | None = None
+    posterior: Path | None = None
+    utterances: tuple[str, ...] = ()
+    planner: str = "fast"
+    sensor: str | None = None
+    sensor_range_cells: float = 3
+    fov_deg: float = 90
+    sims: int = 1000
+    max_steps: int | None = None
+    rollout: str | None = None
+    find_each: bool = False
+    one_at_a_time: bool = False
+    explain: bool = False
+    settings: tuple[str, ...] = ()
+    seed: int = 0
+    out: Path | None = None
+    posterior_out: Path | None = None
+    tree: Path | None = None
+    tree_step: int | None = None
+    figure: Path | None = None
+    animation: Path | None = None
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What came of a request: the posterior before it, the episode, and how to tell of them."""
+
+    posterior: Posterior
+    episode: PosteriorEpisode
+    report: dict[str, Any]
+    summary: tuple[str, ...]
+
+
+def run_request(
+    request: SearchRequest,
+    notify: Callable[[str], None],
+    on_posterior: Callable[[Posterior], None] | None = None,
+) -> SearchResult:
+    """Infer, search and write what was asked for.
+
+    Parameters
+    ----------
+    on_posterior
+        Called with the posterior before the search.
+
+    Raises
+    ------
+    SloopError
+        For any mistake in the request, before anything is searched.
+    SearchInterrupted
+        On Ctrl-C, once what was done until then has been written.
+    """
+    places, start = read_places(request.places), read_start(request.start)
+    utterances = read_utterances(request.utterances)
+    planner = planner_of(request.planner)
+    config = _config(request)
+    _check_outputs(request)
+    posterior = _posterior(request, places)
+    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+        if line:
+            notify(line)
+    if on_posterior is not None:
+        on_posterior(posterior)
+
+    def on_step(step: Step) -> None:
+        for line in why_lines(step) if request.explain else ():
+            notify(line)
+        notify(step_line(step))
+        if step.index + 1 in utterances:
+            notify(f"     told: “{utterances[step.index + 1]}”")
+        if keeper is not None:
+            keeper.keep(step)
+
+    keeper = TreeKeeper(request.tree, request.tree_step) if request.tree is not None else None
+    try:
+        episode = search(
+            posterior,
+            posterior.city,
+            places,
+            planner=planner,
+            sensor=request.sensor,
+            sims=request.sims,
+            sensor_range_cells=request.sensor_range_cells,
+            start=start,
+            rng=np.random.default_rng(request.seed),
+            config=config,
+            on_step=on_step,
+            notify=notify,
+            keep_beliefs=request.animation is not None,
+            said=utterances,
+            one_at_a_time=request.one_at_a_time,
+        )
+    except SearchInterrupted as stopped:
+        if isinstance(stopped.episode, PosteriorEpisode):
+            _write(request, posterior, stopped.episode)
+        if keeper is not None and keeper.kept:
+            keeper.write()
+        raise
+    for step in episode.pending_steps:
+        notify(
+            f"never said, for the search ended after {episode.steps} steps: “{utterances[step]}”"
+        )
+    _write(request, posterior, episode)
+    if keeper is not None:
+        keeper.write()
+    report = {**_named(request, posterior, episode), **episode.to_json()}
+    return SearchResult(posterior, episode, report, (outcome_line(episode),))
+
+
+def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -> Posterior:
+    # A stream of its own: the search is the same with an engine that draws and one that does not.
+    rng = child(np.random.default_rng(request.seed), "infer")
+    if request.posterior is not None:
+        return saved_posterior(request.posterior, request.map_name, request.text, rng)
+    if request.text is None:
+        raise InputError("Missing argument 'TEXT'; say where something is, or give --posterior")
+    if request.map_name is None:
+        raise InputError("Missing option '--map'; give a bundled map's name or a .geojson file")
+    return posterior_of(
+        request.text, request.map_name, targets=request.targets, model=request.model,
+        variant=request.variant, engine=request.engine, frames=request.frames,
+        params=request.params, prior=request.prior, viewpoint=request.viewpoint,
+        hearer=read_hearer(request.hearer), truth=places, rng=rng,
+    )  # fmt: skip
+
+
+def _config(request: SearchRequest) -> SearchConfig:
+    others = read_settings(request.settings)
+    if request.tree is not None:
+        others.setdefault("tree_depth", TREE_DEPTH)
+    return SearchConfig(
+        sensor_range_cells=request.sensor_range_cells,
+        fov_deg=request.fov_deg,
+        sims=request.sims,
+        max_steps=request.max_steps,
+        rollout=request.rollout,
+        find_each=request.find_each,
+        **others,
+    )
+
+
+def _check_outputs(request: SearchRequest) -> None:
+    check_tree(request.tree, request.tree_step, request.planner)
+    if request.out:
+        check_output(request.out, (".json",))
+    if request.posterior_out:
+        check_output(request.posterior_out, (".nc",))
+    if request.figure:
+        check_figure_path(request.figure)
+    if request.animation:
+        check_figure_path(request.animation, animation=True)
+
+
+def _named(
+    request: SearchRequest, posterior: Posterior, episode: PosteriorEpisode
+) -> dict[str, Any]:
+    utterances = {str(step): d.text for step, d in episode.utterances.items()}
+    return {
+        "map": episode.map_name,
+        "model": posterior.model.name,
+        "planner": episode.planner,
+        "seed": request.seed,
+        **({"said": utterances} if utterances else {}),
+    }
+
+
+def _write(request: SearchRequest, posterior: Posterior, episode: PosteriorEpisode) -> None:
+    if request.out:
+        write_episode(
+            replace(episode, beliefs=()) if not request.animation else episode,
+            request.out,
+            **_named(request, posterior, episode),
+        )
+    if request.posterior_out and episode.posterior is not None:
+        episode.posterior.save(request.posterior_out)
+    draw_episode(episode, posterior.city, request.figure, request.animation)

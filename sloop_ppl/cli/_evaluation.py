@@ -1,0 +1,301 @@
+"""`sloop eval`: how well texts are read, and what beliefs and searches are worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sloop_ppl.cli._options import (
+    Epochs,
+    Files,
+    Fov,
+    Json,
+    Maps,
+    Nlp,
+    Params,
+    Patience,
+    Seed,
+    Sims,
+    unused_options,
+)
+from sloop_ppl.cli._output import print_data, print_json, progress
+
+__all__ = ["app"]
+
+Gold = Annotated[
+    bool, typer.Option("--gold/--parsed", help="Gold relations, or those the parser reads.")
+]
+Models = Annotated[
+    str | None, typer.Option(help="Models, separated by commas; else all.", show_default=False)
+]
+Cv = Annotated[
+    str | None,
+    typer.Option(help="city: refit parameters without the line's city.", show_default=False),
+]
+Fits = Annotated[
+    Path | None,
+    typer.Option(
+        help="File in which what --cv refits is kept for the next command.", show_default=False
+    ),
+]
+
+app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
+
+
+@app.command()
+def parse(
+    files: Files,
+    maps: Maps = None,
+    parser: Annotated[
+        str, typer.Option(help="rules, dependency_paths, or module:name of a parser of yours.")
+    ] = "rules",
+    nlp: Nlp = None,
+    merge_maps: Annotated[
+        bool, typer.Option("--merge-maps", help="Read on the landmarks of all maps at once.")
+    ] = False,
+    misspell: Annotated[
+        float, typer.Option(help="Share of the words of five letters or more to misspell.")
+    ] = 0.0,
+    annotations: Annotated[
+        Path | None,
+        typer.Option(help="Gold relations by id, for lines without.", show_default=False),
+    ] = None,
+    misses: Annotated[
+        bool, typer.Option("--misses", help="Print each line that is not wholly read right.")
+    ] = False,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Judge the confidence of what was read.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the misspelling and of intervals.")] = 0,
+    json: Json = False,
+) -> None:
+    """Read descriptions and compare with their gold relations."""
+    from sloop_ppl.eval._parse_files import parse_score_lines, score_files
+
+    score = score_files(
+        files, maps=maps, parser=parser, nlp=nlp, merged=merge_maps, misspelt=misspell,
+        annotations=annotations, confidence=confidence, seed=seed,
+    )  # fmt: skip
+    if json:
+        print_json(score.to_json())
+    else:
+        print_data(*parse_score_lines(score, misses=misses))
+
+
+@app.command()
+def describe(
+    files: Files,
+    maps: Maps = None,
+    json: Json = False,
+) -> None:
+    """Say what is in a set: parse yield, relations, targets and descriptions."""
+    from sloop_ppl.eval._table_lines import table_lines
+    from sloop_ppl.eval.describe import describe_files, summary_tables
+
+    summary = describe_files(files, maps=maps)
+    if json:
+        print_json(summary.to_json())
+    else:
+        print_data(*(line for table in summary_tables(summary) for line in table_lines(table)))
+
+
+@app.command()
+def quality(
+    files: Files,
+    maps: Maps = None,
+    gold: Gold = True,
+    models: Models = None,
+    params: Params = None,
+    cv: Cv = None,
+    fits: Fits = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Score what models believe against where the targets are."""
+    from sloop_ppl.eval._quality_files import draw_quality, quality_lines, score_quality
+    from sloop_ppl.plots import check_figure_path
+
+    if figure:
+        check_figure_path(figure)
+    found = score_quality(
+        files,
+        maps=maps,
+        gold=gold,
+        models=models,
+        params=params,
+        cv=cv,
+        fits=fits,
+        progress=progress,
+    )
+    if figure:
+        draw_quality(found, figure)
+    if json:
+        print_json(found.to_json())
+    else:
+        print_data(*quality_lines(found))
+
+
+@app.command()
+def search(
+    context: typer.Context,
+    files: Files,
+    out: Annotated[Path, typer.Option(help="Folder of the run; a stopped run goes on there.")],
+    maps: Maps = None,
+    gold: Gold = True,
+    models: Models = None,
+    ranges: Annotated[str, typer.Option(help="Ranges of the sensor, cells.")] = "3,4,5",
+    starts: Annotated[int, typer.Option(help="Starts per target.")] = 1,
+    planner: Annotated[str, typer.Option(help="Planner; see `sloop list planners`.")] = "fast",
+    sims: Sims = 1000,
+    rollout: Annotated[
+        str | None,
+        typer.Option(help="published, random or informed; else the planner's.", show_default=False),
+    ] = None,
+    fov: Fov = 90,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            help="Steps after which a search ends; else 200, more on a larger map.",
+            show_default=False,
+        ),
+    ] = None,
+    params: Params = None,
+    cv: Cv = None,
+    fits: Fits = None,
+    primary: Annotated[
+        str | None,
+        typer.Option(help="The two models compared first; else bayes,sloop-m4."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; else one per processor.", show_default=False)
+    ] = None,
+    backend: Annotated[str, typer.Option(help="joblib, ray or dask.")] = "joblib",
+    address: Annotated[
+        str | None, typer.Option(help="Of the Ray or Dask cluster.", show_default=False)
+    ] = None,
+    skip_bad: Annotated[
+        bool, typer.Option("--skip-bad", help="Pass over lines that have a fault.")
+    ] = False,
+) -> None:
+    """Search for every described target under every model and range; resumable."""
+    from sloop_ppl.cli._sweep_progress import sweep_progress
+    from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
+    from sloop_ppl.eval.trials import Searching
+
+    searching = Searching(planner, sims, rollout, fov, steps, seed)
+    with sweep_progress() as shown:
+        folder = sweep_files(
+            SweepRequest(
+                files, out, maps, gold, models, params, cv, fits, ranges, starts, searching,
+                primary, skip_bad, workers, backend, address,
+            ),
+            notify=progress,
+            progress=shown,
+        )  # fmt: skip
+    for line in unused_options(context, planner):
+        progress(line)
+    print_data(f"{folder.manifest['n_trials']} trials in {out}; see `sloop eval report {out}`")
+
+
+@app.command()
+def report(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(help="Folder of a run; others are set beside it.", show_default=False),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the report; else `report` in the run's.", show_default=False),
+    ] = None,
+    quality: Annotated[
+        Path | None, typer.Option(help="What `sloop eval quality --json` printed, to tell too.")
+    ] = None,
+    docs: Annotated[
+        Path | None, typer.Option(help="Write one .md file instead, pictures beside it.")
+    ] = None,
+    maps: Maps = None,
+    json: Json = False,
+) -> None:
+    """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
+    from sloop_ppl.eval._report import make_report, write_docs, write_report
+    from sloop_ppl.eval.results import read_results, reward_summary
+
+    sweeps = [read_results(folder) for folder in folders]
+    if json:
+        print_json(reward_summary(sweeps[0]))
+        return
+    made = make_report(sweeps, quality=quality, maps=maps)
+    if docs:
+        write_docs(made, docs)
+    print_data(str(docs or write_report(made, out or folders[0] / "report")))
+
+
+@app.command()
+def frames(
+    maps: Annotated[
+        Path | None,
+        typer.Option(help="Folder of .osm, .osm.pbf or .geojson files; else the bundled maps."),
+    ] = None,
+    recipes: Annotated[
+        str, typer.Option(help="Recipes to train, separated by commas; `paper` is one too.")
+    ] = "ego-ctx,ctx,ego",
+    descriptions: Annotated[
+        list[Path] | None,
+        typer.Option(help="Description file, .jsonl, to score fronts on too; may be repeated."),
+    ] = None,
+    epochs: Epochs = None,
+    patience: Patience = None,
+    seed: Seed = 0,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the deviations, .png .pdf .svg.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Hold cities out in turn and score which way their buildings are said to face."""
+    from sloop_ppl.eval._frame_files import frame_lines, score_frames
+    from sloop_ppl.plots import check_figure_path, save_figure
+
+    if figure:
+        check_figure_path(figure)
+    found = score_frames(
+        maps, recipes=recipes, descriptions=descriptions or (), epochs=epochs, patience=patience,
+        seed=seed, progress=progress,
+    )  # fmt: skip
+    if figure:
+        save_figure(found.figure(), figure)
+    print_json(found.to_json()) if json else print_data(*frame_lines(found))
+
+
+@app.command()
+def fit(
+    files: Files,
+    out: Annotated[Path, typer.Option(help="The numbers to write, .json; --params reads them.")],
+    models: Annotated[
+        str | None,
+        typer.Option(
+            help="Candidates of `sloop list candidates`, models, or FILE.py:NAME, separated by "
+            "commas; else the likelihood families.",
+            show_default=False,
+        ),
+    ] = None,
+    maps: Maps = None,
+    json: Json = False,
+) -> None:
+    """Fit models with each map left out, choose inside the folds, and fit the best to all.
+
+    Ctrl-C keeps the finished fits; the same command goes on from there.
+    """
+    from sloop_ppl.eval._fit_files import fit_files, fit_tables
+    from sloop_ppl.eval._table_lines import table_lines
+
+    selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
+    if json:
+        print_json(fitted.to_json())
+    else:
+        tables = fit_tables(selection, fitted)
+        print_data(*(line for table in tables for line in table_lines(table)))
