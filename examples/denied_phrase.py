@@ -6,13 +6,16 @@ Run: python examples/denied_phrase.py [--out denied_phrase.png]
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import sloop_ppl as sloop
+from sloop_ppl.models import preset
 
 TEXTS = ("The red bike is near Ivy.", "The red bike is not near Ivy.")
 TARGET, GROUND = "RedBike", "Ivy"
 NEAR_M = 15.0
+MODEL = replace(preset("bayes"), sum_readings=False)  # as it was read, for certain
 
 
 def main(out: Path) -> dict[str, float]:
@@ -26,7 +29,7 @@ def main(out: Path) -> dict[str, float]:
     FigureCanvasAgg(figure)
     found = {}
     for axes, text in zip(figure.subplots(1, len(TEXTS)), TEXTS, strict=True):
-        posterior = sloop.infer(sloop.parse(text, city), city)
+        posterior = sloop.infer(sloop.parse(text, city), city, MODEL)
         found[text] = float(posterior.belief(TARGET)[near].sum())
         title = f"“{text}” {found[text]:.3f} within {NEAR_M:g} m"
         sloop.plots.plot_belief(posterior, TARGET, ax=axes, legend=False, title=title)

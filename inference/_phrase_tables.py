@@ -143,7 +143,7 @@ class PhraseTables:
             log_g = self._sites(program, given)[f"{_ALONE}/holds_0"].aligned((DRAW, *self._axes))
         peak = summed.log_peak if summed.log_peak.dim() == 1 else summed.log_peak[..., 0]
         log_p = log_held(log_g, self.relation, model, peak) - summed.log_z
-        log_p = self.phrase.if_said(log_p, self.data.log_uninformative)
+        log_p = self.phrase.unless_silent(log_p, self.data.log_uninformative)
         for latent in reversed(own):
             log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
         return log_p

@@ -131,8 +131,8 @@ def _known_targets(
                 f"Example {i} has no speaker; expected one, for parameters vary between speakers"
             )
         speaker = speakers.index(example.speaker) if speakers and example.speaker else 0
-        heard = ground_description(example.description, example.city, certain)
-        grounded = {t: tuple(r for r in said if not r.is_silent) for t, said in heard.items()}
+        every = ground_description(example.description, example.city, certain)
+        grounded = {t: tuple(r for r in own if not r.is_silent) for t, own in every.items()}
         rows, cols = example.city.grid.shape
         for target, (row, col) in example.cells.items():
             if not (0 <= row < rows and 0 <= col < cols):

@@ -186,7 +186,7 @@ def gates_of(
     shared = {latent.name: latent.support for latent in factor.data.shared}
     return {
         site_name(name, which): frozenset(i for i, v in enumerate(shared[name]) if v in values)
-        for name, values in kernel.relation.said_when.items()
+        for name, values in kernel.relation.holds_when.items()
         if name in shared
     }
 

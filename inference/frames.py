@@ -132,8 +132,8 @@ def _has_one_frame(factor: DescriptionFactor, term: GroundedRelation) -> bool:
         return False
     if phrase.frames is None:
         return True
-    said = zip(phrase.meanings, phrase.frames, strict=True)
-    return len({frame for meaning, frame in said if not meaning.is_silent}) == 1
+    pairs = zip(phrase.meanings, phrase.frames, strict=True)
+    return len({frame for meaning, frame in pairs if not meaning.is_silent}) == 1
 
 
 def find_framed(

@@ -97,19 +97,19 @@ def referents_of(
         if target not in factor.log_factors:
             continue
         for text in range(len(factor.descriptions)):
-            heard = {
+            phrasings = {
                 one.position: one
                 for one in _phrasings(factor, text)
                 if one.relation.figure == target and one.position is not None
             }
-            said = factor.descriptions[text].about(target)
-            for position, relation in enumerate(said):
-                one = heard.get(position)
+            relations = factor.descriptions[text].about(target)
+            for position, relation in enumerate(relations):
+                one = phrasings.get(position)
                 found += [
                     GroundPosterior(relation, before + position, slot, candidates)
                     for slot, candidates in _slots(joint, relation, one, which)
                 ]
-            before += len(said)
+            before += len(relations)
     return tuple(found)
 
 

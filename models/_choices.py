@@ -38,7 +38,7 @@ class Choice:
     kind: ChoiceKind
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Phrasing:
     """One relation of a description, with what has to be chosen before it has a meaning.
 
@@ -52,7 +52,7 @@ class Phrasing:
         Positions of the readings that contain it.
     branches
         Branches of the group of alternatives it belongs to; empty for one that belongs to none.
-    said_when
+    holds_when
         Name of a reading or branch -> the values under which it is said.
     slots
         Per ground, the choice of the place it refers to; None for a certain one.
@@ -68,7 +68,7 @@ class Phrasing:
     position: int | None
     readings: set[int]
     branches: tuple[int, ...] = ()
-    said_when: dict[str, frozenset[int]] = field(default_factory=dict)
+    holds_when: dict[str, frozenset[int]] = field(default_factory=dict)
     slots: list[Choice | None] = field(default_factory=list)
     denied: list[tuple[str, ...]] = field(default_factory=list)
     choices: list[Choice] = field(default_factory=list)
@@ -115,11 +115,10 @@ def phrasings_of(
         which = Choice(f"reading{suffix}", tuple(range(len(readings))), prior, "reading")
         for one in found:
             if len(one.readings) < len(readings):
-                one.said_when[which.name] = frozenset(one.readings)
+                one.holds_when[which.name] = frozenset(one.readings)
                 one.choices.append(which)
     _choose_branches(found, suffix)
-    for one in found:
-        _choose_places(one, sum_grounds=sum_grounds)
+    found = [_with_places(one, sum_grounds=sum_grounds) for one in found]
     _choose_grounds(found, suffix)
     return tuple(found)
 
@@ -181,13 +180,15 @@ def _choose_branches(found: Sequence[Phrasing], suffix: str) -> None:
             share = 1 / len(one.branches)
             prior = (share,) * len(one.branches)
             groups[key] = Choice(f"either_{number}{suffix}", one.branches, prior, "branch")
-        one.said_when[groups[key].name] = frozenset({branch})
+        one.holds_when[groups[key].name] = frozenset({branch})
         one.choices.append(groups[key])
 
 
-def _choose_places(one: Phrasing, *, sum_grounds: bool) -> None:
+def _with_places(one: Phrasing, *, sum_grounds: bool) -> Phrasing:
     """Fix what is certain of a phrase's grounds; silence it where one is on no map."""
-    relation, slots, grounds = one.relation, [], []
+    relation = one.relation
+    slots: list[tuple[Candidate, ...]] = []
+    grounds: list[str] = []
     for i, ground in enumerate(relation.grounds):
         slot = tuple(c for c in relation.slot(i) if c.probability > 0)
         if not sum_grounds or not slot:
@@ -196,14 +197,18 @@ def _choose_places(one: Phrasing, *, sum_grounds: bool) -> None:
         places = [c.ground for c in slot if c.ground is not None]
         grounds.append(ground if ground in places else next(iter(places), NOT_ON_MAP))
         slots.append(slot)
-    one.is_silent = NOT_ON_MAP in grounds
-    if one.is_silent:
+    is_silent = NOT_ON_MAP in grounds
+    if is_silent:
         slots = [slot[:1] for slot in slots]
         grounds = [slot[0].ground or NOT_ON_MAP for slot in slots]
         slots = [(replace(slot[0], probability=1.0),) for slot in slots]
-    one.relation = replace(relation, grounds=tuple(grounds), candidates=tuple(slots))
-    one.slots = [None] * len(grounds)
-    one.denied = [()] * len(grounds)
+    return replace(
+        one,
+        relation=replace(relation, grounds=tuple(grounds), candidates=tuple(slots)),
+        slots=[None] * len(grounds),
+        denied=[()] * len(grounds),
+        is_silent=is_silent,
+    )
 
 
 def _choose_grounds(found: Sequence[Phrasing], suffix: str) -> None:

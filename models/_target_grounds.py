@@ -85,13 +85,13 @@ class TargetPhrasing:
         The relation; its one ground is a target.
     choices
         What the description leaves open that it depends on.
-    said_when
+    holds_when
         Name of a choice -> the values under which it is said.
     """
 
     relation: SpatialRelation
     choices: tuple[Choice, ...]
-    said_when: Mapping[str, frozenset[Any]]
+    holds_when: Mapping[str, frozenset[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ def split_phrasing(phrasing: Phrasing, targets: Collection[str], index: int) -> 
         if rest is not None:
             none: list[Any] = [None] * count
             of_places = replace(phrasing, relation=rest, slots=none, denied=[()] * count)
-        found = [TargetPhrasing(pair, gates, phrasing.said_when) for pair in pairs]
+        found = [TargetPhrasing(pair, gates, phrasing.holds_when) for pair in pairs]
         return SplitPhrasing(index, of_places, tuple(found))
     if len(relation.grounds) > 1:
         return SplitPhrasing(index, _of_places(phrasing, targets), ())
@@ -153,7 +153,7 @@ def split_phrasing(phrasing: Phrasing, targets: Collection[str], index: int) -> 
     for target in dict.fromkeys((*denied, *(slot.support if slot else ()))):
         if target in targets:
             pair = replace(relation, grounds=(target,), candidates=(), mentions=())
-            open_to, when = gates, dict(phrasing.said_when)
+            open_to, when = gates, dict(phrasing.holds_when)
             if slot is not None:
                 open_to, when = (*gates, slot), {**when, slot.name: frozenset({target})}
             found.append(TargetPhrasing(pair, open_to, when))

@@ -83,8 +83,8 @@ class Component:
 
     def terms_it_reads(self, terms: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
         """Return the terms this component keeps, as it reads them."""
-        said = (t for t in terms if not t.is_silent)
-        kept = tuple(t for t in said if self.keep_frames or not t.needs_frame)
+        speaking = (t for t in terms if not t.is_silent)
+        kept = tuple(t for t in speaking if self.keep_frames or not t.needs_frame)
         if self.read_as is None:
             return kept
         # A denied phrase has no affirmative reading to fall back on.

@@ -89,7 +89,7 @@ class GroundedRelation:
     choices
         What the description leaves open that its meaning depends on; see
         `sloop_ppl.models._choices`.
-    said_when
+    holds_when
         Name of a reading or branch -> the values under which it is said; else it is silent.
     slots
         Per ground, the name of the latent that says which place it is, None for a certain one;
@@ -119,7 +119,7 @@ class GroundedRelation:
     latents: Mapping[str, Any] = field(default_factory=dict)
     description: int = 0
     choices: tuple[Choice, ...] = ()
-    said_when: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    holds_when: Mapping[str, frozenset[int]] = field(default_factory=dict)
     slots: tuple[str | None, ...] = ()
     denied: tuple[tuple[str, ...], ...] = ()
     is_silent: bool = False
@@ -407,8 +407,8 @@ class GroundedRelation:
 
     def chosen(self, name: str, value: Any) -> GroundedRelation:
         """Return the same relation under a value of a latent of its description; see `choices`."""
-        if name in self.said_when:
-            return self if value in self.said_when[name] else replace(self, is_silent=True)
+        if name in self.holds_when:
+            return self if value in self.holds_when[name] else replace(self, is_silent=True)
         if value == NOT_ON_MAP or not self._is_place(value):
             return replace(self, is_silent=True)
         grounds = tuple(
@@ -423,14 +423,14 @@ class GroundedRelation:
         """Tell whether a ground has a place of its own; another target has none that is known."""
         return ground in self.city or is_map(self.city, ground) or ground in self.points
 
-    def is_said_in(self, name: str, value: int) -> bool:
+    def belongs_to(self, name: str, value: int) -> bool:
         """Tell whether the relation belongs to a reading, or a branch, of this name."""
-        return name not in self.said_when or value in self.said_when[name]
+        return name not in self.holds_when or value in self.holds_when[name]
 
     @property
     def is_main(self) -> bool:
         """Tell whether it belongs to the most probable reading."""
-        return all(self.is_said_in(c.name, 0) for c in self.choices if c.kind == "reading")
+        return all(self.belongs_to(c.name, 0) for c in self.choices if c.kind == "reading")
 
     @property
     def has_open_ground(self) -> bool:
@@ -539,7 +539,7 @@ def ground_phrasing(
                 figure=relation.figure,
                 each=relation.each,
                 choices=tuple(c for c in phrasing.choices if c.kind != "ground" or c.name in names),
-                said_when=dict(phrasing.said_when),
+                holds_when=dict(phrasing.holds_when),
                 slots=tuple(names) if any(names) else (),
                 denied=tuple(p.denied for p in together) if any(denied) else (),
                 is_silent=phrasing.is_silent,

@@ -161,7 +161,7 @@ class Phrase:
             site if m == 0 else f"{site}/{m}": frame for m, frame in enumerate(dict.fromkeys(known))
         }
 
-    def if_said(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
+    def unless_silent(self, log_p: Tensor, otherwise: float, after: int = 1) -> Tensor:
         """Return `log_p` where the phrase says anything and the speaker is reliable, else a number.
 
         Parameters
@@ -454,7 +454,7 @@ class ProgramData:
             read = tuple(
                 one
                 for one in relations
-                if all(one.is_said_in(self.shared[a].name, values[a]) for a in axes)
+                if all(one.belongs_to(self.shared[a].name, values[a]) for a in axes)
             )
             weights = [
                 math.log(part.weight) if self.applies(part, read) else -math.inf
@@ -669,7 +669,7 @@ def ground_target_relations(
     -------
     dict
         Only targets that have some. What is said in some readings or branches alone, or of a
-        mention that may be another place, has that in `GroundedRelation.said_when`.
+        mention that may be another place, has that in `GroundedRelation.holds_when`.
 
     Raises
     ------
@@ -699,7 +699,7 @@ def ground_target_relations(
                 description=text,
                 distance_bounds=pair.relation.distance,
                 choices=pair.choices,
-                said_when=pair.said_when,
+                holds_when=pair.holds_when,
             )
             for one in phrasings
             for pair in one.to_targets
@@ -777,7 +777,7 @@ def _count(relations: Sequence[GroundedRelation]) -> int:
         if group is None:
             alone += 1
         else:
-            branches.setdefault(group, Counter()).update(one.said_when[group])
+            branches.setdefault(group, Counter()).update(one.holds_when[group])
     return alone + sum(max(counter.values()) for counter in branches.values())
 
 

@@ -195,7 +195,7 @@ class PairKernel:
         data, phrase, grid = self._data, self._phrase, self._data.city.grid
         log_g = self.log_meanings(data)
         level = self.model.log_uninformative(self.n_cells)
-        silent = phrase.if_said(torch.zeros(*phrase.sizes, 1), 1.0).reshape(-1) > 0
+        silent = phrase.unless_silent(torch.zeros(*phrase.sizes, 1), 1.0).reshape(-1) > 0
         tables, sums = [], []
         for table, says_nothing in zip(log_g, silent, strict=True):
             log_z = torch.zeros(self.n_cells, dtype=torch.float64)
@@ -223,7 +223,7 @@ class PairKernel:
         """What the program of the phrase alone is run on: displacements from a ground at 0."""
         apart = _displacements(self.city)
         at = {self.ground: (0.0, 0.0)}
-        term = replace(self.relation, city=apart, points=at, choices=(), said_when={})
+        term = replace(self.relation, city=apart, points=at, choices=(), holds_when={})
         return program_data({self.figure: (term,)}, apart, self.model)
 
     @cached_property

@@ -163,7 +163,7 @@ def log_phrase(
             lambda meaning, angle: log_vocabulary(likelihood, meaning, angle), angles
         )
     log_p = log_held(log_g, phrase.relation, model, summed.log_peak) - summed.log_z[..., None, :]
-    return phrase.if_said(log_p, data.log_uninformative, after=2)
+    return phrase.unless_silent(log_p, data.log_uninformative, after=2)
 
 
 def at_latents(table: Tensor, latents: Sequence[Tensor]) -> Tensor:
@@ -336,7 +336,7 @@ def summed_phrase(
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
         log_z = torch.logsumexp(log_g, -1, keepdim=True)
-    log_p = log_meant = phrase.if_said(log_g - log_z, data.log_uninformative)
+    log_p = log_meant = phrase.unless_silent(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
         kept = SummedPhrase(phrase, log_peak, log_z, log_p, log_meant)
@@ -834,7 +834,7 @@ def pair_sites(data: ProgramData) -> dict[str, PairSite]:
         if kernel.is_alternative:  # the phrase to a place is silent then, and counts as that
             log_pair, off = log_pair - off, 0.0
         for latent in reversed(data.shared):
-            values = term.said_when.get(latent.name)
+            values = term.holds_when.get(latent.name)
             rows = [log_pair]
             if values is not None:
                 silent = torch.full_like(log_pair, off)

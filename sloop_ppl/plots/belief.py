@@ -150,9 +150,9 @@ def _draw(
     belief = check_cells(posterior.belief(target), city, f"The belief of '{target}'")
     relations = posterior.relations(target)
     shares = _shares(posterior, target)
-    said = (g for relation in relations for g in relation.grounds if g in city)
+    mentioned = (g for relation in relations for g in relation.grounds if g in city)
     open_grounds = sorted(shares, key=lambda ground: -shares[ground])
-    grounds = [*(g for g in said if g not in shares), *open_grounds]
+    grounds = [*(g for g in mentioned if g not in shares), *open_grounds]
     layer = draw_map(
         ax, city, labels=labels, highlight=grounds, muted=True, cells=True, shares=shares
     )
@@ -181,7 +181,8 @@ def _shares(posterior: PosteriorLike, target: str) -> dict[str, float]:
     """Return landmark -> probability that it is meant, of those of which that is not certain."""
     if not isinstance(posterior, GroundsLike):
         return {}
-    open_, certain = {}, set()
+    open_: dict[str, float] = {}
+    certain: set[str | None] = set()
     for ground in posterior.grounds(target):
         places = [c for c in ground.candidates if c.ground in posterior.city]
         if len(ground.candidates) == 1 or ground.relation.negated:

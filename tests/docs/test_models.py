@@ -10,7 +10,6 @@ import pytest
 
 import sloop_ppl as sloop
 from sloop_ppl.inference import ParameterDraws
-from sloop_ppl.models import preset
 from sloop_ppl.models.program import generative_model, log_phrase
 from sloop_ppl.models.simulation import SPEAKER
 from sloop_ppl.models.tuning import load_parameters, with_parameters
@@ -65,7 +64,7 @@ def test_a_denied_phrase_has_the_belief_that_the_page_says(tmp_path):
     city = sloop.load_map("cleveland")
     near = city.fields("Ivy").distance_m <= example.NEAR_M
     assert near.mean() == pytest.approx(uniform, abs=6e-5)
-    certain = replace(preset("bayes"), denial=1.0)  # "near" reaches 1, so this is 1 - g
+    certain = replace(example.MODEL, denial=1.0)  # "near" reaches 1, so this is 1 - g
     belief = sloop.infer(sloop.parse(example.TEXTS[1], city), city, certain).belief("RedBike")
     assert belief[near].sum() == pytest.approx(plain, abs=6e-5)
 
