@@ -99,7 +99,7 @@ def test_a_pipeline_without_parser_is_refused():
         dependency_parser(spacy.blank("en"))
 
 
-def test_a_pipeline_that_cannot_be_loaded_belongs_to_one_line():
+def test_a_pipeline_that_cannot_be_loaded_is_said_in_one_line():
     with pytest.raises(InputError) as caught:
         dependency_parser("no_such_pipeline")
     assert str(caught.value).startswith("The spaCy pipeline 'no_such_pipeline' cannot be loaded")

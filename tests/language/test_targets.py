@@ -26,7 +26,7 @@ def test_targets_are_read(tmp_path):
         ('[{"id": "a"}, {"id": "a"}]', ": id 'a' is given twice; ids are unique"),
     ],
 )
-def test_what_is_wrong_belongs_to_one_line(tmp_path, text, message):
+def test_what_is_wrong_is_said_in_one_line(tmp_path, text, message):
     path = tmp_path / "t.json"
     path.write_text(text)
     with pytest.raises(DescriptionError) as caught:
