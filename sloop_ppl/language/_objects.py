@@ -124,6 +124,8 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
 
 
 def _cue_at(norms: Sequence[str], at: int, known: Lexicon) -> bool:
+    if at >= len(norms):
+        return False
     reach = known.longest_cues.get(norms[at], 0)
     found = any(tuple(norms[at : at + n]) in known.cues for n in range(1, reach + 1))
     return found or norms[at] in known.directions

@@ -22,7 +22,12 @@ _DESCRIBING = frozenset((
 
 
 def find_places(
-    norms: Sequence[str], taken: Sequence[bool], roles: Roles, objects: Collection[str] = ()
+    norms: Sequence[str],
+    taken: Sequence[bool],
+    roles: Roles,
+    objects: Collection[str] = (),
+    *,
+    anywhere: bool = False,
 ) -> list[Chunk]:
     """Return the kinds of places that are said, the longest phrase first.
 
@@ -39,6 +44,9 @@ def find_places(
         The roles of the words.
     objects
         Words for objects, which alone are no places.
+    anywhere
+        Whether a kind counts wherever it stands: where all objects are declared, what is no object
+        is a place.
     """
     known = lexicon()
     found: list[Chunk] = []
@@ -54,7 +62,11 @@ def find_places(
                 continue
             open_words = not any(w in known.classes for w in words)
             plural = open_words and bool(kind_name(words))
-            if listed or plural or (open_words and _expected(norms, i, roles) and _is_kind(words)):
+            if (
+                listed
+                or plural
+                or (open_words and (anywhere or _expected(norms, i, roles)) and _is_kind(words))
+            ):
                 found.append(Chunk("place", i, i + n, " ".join(words)))
                 step = n
                 break

@@ -14,7 +14,7 @@ from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.look_ahead import leads_on, named_later, shared
 from sloop_ppl.language.phrases import RelationPhrase, read_relation
 from sloop_ppl.language.relations import RELATIONS
-from sloop_ppl.language.values import SPEAKER
+from sloop_ppl.language.values import HEARER, SPEAKER
 
 __all__ = ["attach"]
 
@@ -279,11 +279,27 @@ class _Walk:
         return after
 
     def _on_route(self, at: int) -> int:
+        if self.reader.kind(at + 1) == "dir" and self._meets(at + 2):
+            chunk = self.reader.chunks[at + 1]  # "head east and meet me": east of who listens
+            cue = chunk.first, chunk.last
+            hearer = Ground("landmark", *cue, (HEARER,))
+            phrase = RelationPhrase(tuple(chunk.value), (hearer,), cue, chunk.last)
+            self._give(phrase, (SPEAKER,), cue, 0.8)
+            return at + 2
         before = self.reader.kind(at - 1)
         if not self.clause.named or before in ("subject", "robot", "to", "sub", "and"):
             self.clause.route = True
             self.clause.pending = []
         return at + 1
+
+    def _meets(self, at: int) -> bool:
+        """Whether "and meet me" follows in the sentence."""
+        for k in range(at, at + 10):
+            if self.reader.kind(k) in ("stop", "end"):
+                return False
+            if self.reader.kind(k) == "figure":
+                return SPEAKER in self.reader.chunks[k].value.candidates
+        return False
 
     def _on_route_ing(self, at: int) -> int:
         if self.clause.named and self.reader.kind(at + 1) == "dir":
@@ -315,7 +331,7 @@ class _Walk:
             return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
-        if self.reader.kind(before) == "be" and self._waits_for_place(ground):
+        if (self.reader.kind(before) == "be" or self._seen(at)) and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
         self.clause.seen, self.clause.seen_at = ((ground,), at) if self._seen(at) else ((), at)
@@ -374,6 +390,16 @@ class _Walk:
             return at + 1
         ground, after = got
         onward = self.reader.past(after, "skip", "none")
+        if (
+            self.clause.pending
+            and (
+                seen
+                or "be"
+                in (self.reader.kind(at - 1), self.reader.kind(at - 2), self.reader.kind(at - 3))
+            )
+            and self._waits_for_place(ground)
+        ):
+            return after
         leads = seen or self.reader.kind(onward) in ("be", "neg") or self._introduced(at, after)
         if leads and not self.clause.pending:
             self.clause.subject, self.clause.topic = (ground,), ground
@@ -383,7 +409,7 @@ class _Walk:
         return after
 
     def _introduced(self, at: int, after: int) -> bool:
-        """Whether a new place opens a sentence of its own: "a bank on this block is to the east"."""
+        """Whether a new place opens a sentence: "a bank on this block is to the east"."""
         lead = at - 1
         while self.reader.kind(lead) in ("word", "skip", "figure") and lead > at - 4:
             lead -= 1
@@ -434,8 +460,10 @@ class _Walk:
         """Return the object that a phrase about a place is told from: "west of it", "of me"."""
         if not phrase.grounds:
             ids = self.figures.last()
-            sided = all(RELATIONS[r].is_compass for r in phrase.relations)
-            return Ground("figure", *phrase.cue, ids) if ids and sided else None
+            turns = all(
+                RELATIONS[r].is_compass or RELATIONS[r].converse == r for r in phrase.relations
+            )
+            return Ground("figure", *phrase.cue, ids) if ids and turns else None
         about = phrase.grounds[0]
         if about.kind == "figure":
             return about
@@ -527,6 +555,8 @@ class _Walk:
             ids = (target.id,)
         if not ids:
             self.record.lose(Ground("unknown", chunk.first, chunk.last))
+            if self.clause.named and self.clause.figures == (SPEAKER,):
+                return at + 1  # "I'm parking my bike at the bank"
         parted = self.reader.kind(before) in ("and", "comma", "or", "too")
         joins = self.clause.open and (parted or self.reader.kind(before) == "figure")
         if SPEAKER in (*ids, *self.clause.figures):  # "my guy, I'm at": not one of a list
@@ -564,8 +594,10 @@ class _Walk:
     def _on_unknown(self, at: int) -> int:
         """Read "there is a kiln to its east": something else is located, that no map holds."""
         end = at
-        while self.reader.kind(end) in ("word", "place", "skip"):
+        while self.reader.kind(end) in ("word", "skip"):
             end += 1
+        if self.reader.kind(end) == "place":
+            return end  # "a large school"
         led = self.reader.kind(at - 1) in ("det", "possessive", "skip")
         onward = self.reader.past(end, "skip", "none")
         predicated = led and (self.reader.kind(onward) == "be" or self._introduced(at, end))
@@ -617,6 +649,11 @@ class _Walk:
         ):  # "Rumor is to the north", "you'll see Rumor to the north"
             self.record.converse(replace(phrase, grounds=(about,)), places)
             return
+        if not phrase.grounds and self._place_follows(after):
+            about = self._spoken_of(phrase)  # "to the west is a bank"
+            if about is not None:
+                self._wait(replace(phrase, grounds=(about,)))
+                return
         if not phrase.grounds:
             back = shared(self.reader, phrase, after) or self._left_out(phrase, after)
             if back is None:
@@ -668,6 +705,17 @@ class _Walk:
             return phrase
         ground = Ground("figure", about.first, about.last, (since[-1],), confidence=0.8)
         return replace(phrase, grounds=(ground, *phrase.grounds[1:]))
+
+    def _place_follows(self, after: int) -> bool:
+        """Whether "is a bank", "there is a bank" or "you'll see a bank" follows a phrase."""
+        if self.clause.named or self.clause.subject:
+            return False
+        onward = self.reader.past(after, "comma", "skip", "pronoun", "see", "be", "robot")
+        between = {self.reader.kind(k) for k in range(after, onward)}
+        if not between & {"be", "see"}:
+            return False
+        place = self.reader.past(onward, "det", "skip", "word", "too")
+        return self.reader.kind(place) in ("place", "landmark") or place > onward + 1
 
     def _left_out(self, phrase: RelationPhrase, after: int) -> RelationPhrase | None:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""

@@ -193,6 +193,9 @@ class AttachmentRecord:
             if words & {"me", "us", "my", "our", "here"} and SPEAKER not in ids:
                 return replace(ground, kind="figure", ids=(SPEAKER,))
             return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
+        if ground.kind == "unknown" and ids == (SPEAKER,) and ground.candidates:
+            first = ground.candidates[0].ground or NOT_ON_MAP  # any of a kind: it is the goal's own
+            return replace(ground, kind="landmark", ids=(first,), mention=ground.first)
         if ground.kind == "unknown" and ids == (SPEAKER,) and self._names(ground):
             # Who says where he is speaks of a place, though the map does not hold it.
             return replace(
@@ -214,7 +217,11 @@ class AttachmentRecord:
         if not words or not words[-1].low.isalpha():
             return False
         named = all(w.text[:1].isupper() for w in words if w.kind == "word")
-        return is_kind_noun(words[-1].low) or (named and words[-1].low not in lexicon().closed)
+        return (
+            words[-1].low == "block"
+            or is_kind_noun(words[-1].low)
+            or (named and words[-1].low not in lexicon().closed)
+        )
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""

@@ -30,6 +30,9 @@ _ANYTHING = ("building", "street")
 """Kinds of which a map is made: "on the road" says hardly more than nothing."""
 
 _AT_LARGE = {"a", "an", "any"}
+_NONE_OF_WIDER = 0.5
+"""Share of none on this map where it has only a wider kind: by hand, an even chance."""
+
 _INTO = ("of", "to", "houses", "from")
 _ONE = ("one", "ones")
 _SELECTING = ("ern", "most")
@@ -299,12 +302,17 @@ class GroundReader:
             vague and not modified
         ):
             # "in the lot next to X": what is said of the lot is nearly as true of what is in it.
-            return replace(ground, kind="unknown", nearest=(fit.best or fit.ids)[:3]), after
+            shares = of_a_kind(fit.weights, _none_share(clear))
+            shares = shares if len(shares) <= _MOST_OF_KIND else ()
+            nearest = (fit.best or fit.ids)[:3]
+            vague_ground = replace(ground, kind="unknown", nearest=nearest)
+            return replace(vague_ground, candidates=candidates_of(shares)), after
         weights = dict(fit.weights)
         first = (*fit.best, *fit.ids)[0] if clear else ""
         if clear:
             weights[first] = max(1.0, *weights.values())
-        shares = sorted(of_a_kind(weights, _none_share(clear)), key=lambda s: s[0] != first)
+        none = _NONE_OF_WIDER if fit.is_wider else _none_share(clear)
+        shares = sorted(of_a_kind(weights, none), key=lambda s: s[0] != first)
         if not modified and len(shares) > _MOST_OF_KIND:
             shares = []
         ground = replace(

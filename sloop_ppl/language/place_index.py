@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from sloop_ppl.language.kinds import landmarks_of_kind
 from sloop_ppl.language.lexicon import camel_words, lexicon
@@ -32,12 +32,15 @@ class KindFit:
         Those that fit best; one when it is clear which is meant.
     weights
         Id -> how well it fits, in (0, 1].
+    is_wider
+        Whether the map has none of the kind itself, and these are of a wider one.
     """
 
     name: str
     ids: tuple[str, ...]
     best: tuple[str, ...]
     weights: dict[str, float] = field(default_factory=dict)
+    is_wider: bool = False
 
 
 def kind_name(words: tuple[str, ...]) -> str:
@@ -111,6 +114,8 @@ class PlaceIndex:
             weights.setdefault(i, _LESS_LIKE)
         for i in self._named(words, head=True):
             weights[i] = 1.0
+        if not weights and len(words) > 1:  # no "tennis pitch", but pitches
+            return replace(self._fit(words[-1]), is_wider=True)
         if not best and len(weights) == 1:
             best = tuple(weights)
         return KindFit(name or phrase, tuple(weights), best, weights)

@@ -115,7 +115,13 @@ def find_figures(state: TextReading) -> None:
         w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
-    kinds = find_places(state.norms, taken, find_roles(state.words), vocabulary)
+    kinds = find_places(
+        state.norms,
+        taken,
+        find_roles(state.words),
+        vocabulary,
+        anywhere=state.finder.declared is not None,
+    )
     for kind in kinds:
         if kind.last - kind.first > 1 or state.norms[kind.first] not in vocabulary:
             taken[kind.first : kind.last] = [True] * (kind.last - kind.first)
