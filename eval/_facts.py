@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import GroundedRelation, PredictedPoint, ground_relations
+from sloop_ppl.models._target_grounds import split_by_targets
 
 __all__ = ["RelationFacts", "TargetFacts", "facts_of", "plain_word"]
 
@@ -107,30 +108,33 @@ def plain_word(word: str) -> str:
 
 def facts_of(annotated: AnnotatedDescription, city: CityMap) -> list[TargetFacts]:
     """Return what was said of each target of a description, in its order."""
+    targets = [target for target in annotated.targets if target not in city]
     return [
         TargetFacts(
             description=annotated.id,
             target=target,
             map=annotated.map,
             configuration=annotated.configuration,
-            relations=_relations(annotated.about(target), place, city),
+            relations=_relations(annotated.about(target), place, city, targets),
         )
         for target, place in annotated.targets.items()
     ]
 
 
 def _relations(
-    phrases: Sequence[SpatialRelation], place: Place, city: CityMap
+    phrases: Sequence[SpatialRelation], place: Place, city: CityMap, targets: Collection[str]
 ) -> tuple[RelationFacts, ...]:
     found = []
     for relation in phrases:
-        terms = ground_relations((relation,), city)
-        framed = [t for t in terms if t.needs_frame and not t.is_map and not relation.negated]
+        of_places, _ = split_by_targets(relation, targets)
+        terms = ground_relations((of_places,), city) if of_places else ()
+        # The map has no front, and that of who listens, or of another target, no one predicts.
+        framed = [t for t in terms if t.needs_frame and t.ground in city and not relation.negated]
         goods = [_good(term, place) for term in framed]
         found.append(
             RelationFacts(
                 relation.relation,
-                terms[0].relation_class,
+                terms[0].relation_class if terms else RELATIONS[relation.relation].relation_class,
                 relation.grounds,
                 relation.negated,
                 all(goods) if goods else None,

@@ -8,7 +8,15 @@ from dataclasses import dataclass, replace
 
 from sloop_ppl.errors import SloopError
 from sloop_ppl.eval._line_format import EntryLine, Fault, GoldStatus, GroundClass
-from sloop_ppl.language import HEARER, RELATIONS, SPEAKER, WHOLE_MAP, Distance, SpatialRelation
+from sloop_ppl.language import (
+    DEFAULT_TARGETS,
+    HEARER,
+    RELATIONS,
+    SPEAKER,
+    WHOLE_MAP,
+    Distance,
+    SpatialRelation,
+)
 from sloop_ppl.maps import CityMap
 
 __all__ = ["READ_STATUSES", "GoldEntry", "entries_of", "gold_entries", "gold_relations"]
@@ -107,7 +115,8 @@ def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap |
         raise Fault(
             f"{path}ground", "is missing; expected an id, or a 'kind' of place that has none"
         )
-    known = {WHOLE_MAP, HEARER, SPEAKER, *figures}
+    targets = figures or tuple(target.id for target in DEFAULT_TARGETS)
+    known = {WHOLE_MAP, HEARER, SPEAKER, *(name for name in targets if _is_free(name, city))}
 
     def check(ground: str, name: str) -> str:
         try:
@@ -136,6 +145,11 @@ def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap |
         _distance(line, path),
         line.ground_class,
     )
+
+
+def _is_free(name: str, city: CityMap | None) -> bool:
+    """Tell whether an id is none of a landmark, which would come first as a ground."""
+    return city is None or name not in city
 
 
 def _status(line: EntryLine, path: str) -> GoldStatus:

@@ -21,9 +21,15 @@ from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap, from_geojson, to_geojson
-from sloop_ppl.models import ObservationModel, ground_description, program_data
+from sloop_ppl.models import (
+    ObservationModel,
+    ground_description,
+    ground_target_relations,
+    program_data,
+)
 from sloop_ppl.models._model_parts import model_from_parts, parts_of
 from sloop_ppl.models._netcdf import read_netcdf
+from sloop_ppl.models.program import pair_kernels
 from sloop_ppl.outputs import check_output, written_whole
 
 if TYPE_CHECKING:
@@ -225,15 +231,16 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
     truths = json.loads(data.attrs["truths"])
     for d, records in enumerate(json.loads(data.attrs["descriptions"])):
         descriptions = tuple(map(_description, records))
-        grounded = ground_description(descriptions, city, model)
-        ground = program_data(grounded, city, model, truths=truths[d])
+        grounded = ground_description(descriptions, city, model, targets)
+        to_targets = ground_target_relations(descriptions, city, model, targets)
+        ground = program_data(grounded, city, model, truths=truths[d], to_targets=to_targets)
         sizes = [len(latent.support) for latent in ground.shared]
         tables = {}
         for entry in np.flatnonzero(data["entry_description"].values == d):
             target = targets[int(data["entry_target"][entry])]
             table = data["log_factor"][int(entry), : math.prod(sizes)].values
             tables[target] = table.reshape(*sizes, len(names), -1)
-        factors.append(DescriptionFactor(descriptions, ground, tables))
+        factors.append(DescriptionFactor(descriptions, ground, tables, pair_kernels(ground)))
     return StoredPosterior(
         city=city,
         model=model,

@@ -14,26 +14,31 @@ import torch
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import DescriptionError, InputError
+from sloop_ppl.inference._pairs import pair_groups
 from sloop_ppl.inference._phrase_tables import PhraseLatents, latents_of_phrases
 from sloop_ppl.inference.engines import Engine
-from sloop_ppl.inference.joint import JointPosterior, LogTable
+from sloop_ppl.inference.joint import JointPosterior, LogFactor, LogTable
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import (
     GroundedRelation,
     Latent,
     ObservationModel,
+    PairKernel,
     ProgramData,
     ground_description,
+    ground_target_relations,
     program_data,
     true_places,
 )
 from sloop_ppl.models.grounding import MOST_SETTINGS
+from sloop_ppl.models.program import pair_kernels
 
 __all__ = [
     "DescriptionFactor",
     "by_speaker",
     "check_description",
+    "gates_of",
     "joint_posterior",
     "site_name",
     "weigh",
@@ -55,11 +60,14 @@ class DescriptionFactor:
     log_factors
         Target -> log of component weight times likelihood, shape (V..., K, S); targets of which
         nothing was said are left out.
+    pairs
+        What was said of how targets lie apart.
     """
 
     descriptions: tuple[Description, ...]
     data: ProgramData
     log_factors: Mapping[str, Table]
+    pairs: tuple[PairKernel, ...] = ()
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -78,6 +86,12 @@ class DescriptionFactor:
     def about(self, target: str) -> tuple[SpatialRelation, ...]:
         """Return what was said of a target, text by text."""
         return tuple(r for description in self.descriptions for r in description.about(target))
+
+    def pairs_of(self, target: str, index: int) -> tuple[PairKernel, ...]:
+        """Return what a relation of a target, by its position in `about`, says of other targets."""
+        return tuple(
+            pair for pair in self.pairs if pair.figure == target and pair.relation.index == index
+        )
 
     def relations(self, target: str) -> tuple[GroundedRelation, ...]:
         """Return the grounded relations of a target."""
@@ -116,7 +130,7 @@ def joint_posterior(
     InputError
         When the descriptions share so many frames that their joint settings cannot be enumerated.
     """
-    tables: list[LogTable] = []
+    tables: list[LogFactor] = []
     supports: dict[str, Sequence[object]] = {}
     phrases: list[PhraseLatents] = []
     settings = 1
@@ -141,12 +155,40 @@ def joint_posterior(
                 factor.data, target, n_phrases[target], partial(site_name, which=which)
             )
             n_phrases[target] += len(factor.relations(target))
+    gated = [
+        (kernel, gates_of(factor, which, kernel))
+        for which, factor in enumerate(factors)
+        for kernel in factor.pairs
+    ]
+    tables += pair_groups(gated, {name: len(values) for name, values in supports.items()})
     if settings > MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "
             f"{MOST_SETTINGS} can be enumerated; use a model without shared frames"
         )
     return JointPosterior(tuple(tables), supports, tuple(phrases))
+
+
+def gates_of(
+    factor: DescriptionFactor, which: int, kernel: PairKernel
+) -> dict[str, frozenset[int]]:
+    """Return what a relation to a target depends on: latent -> positions of values to say it.
+
+    Parameters
+    ----------
+    factor
+        The description.
+    which
+        Its position.
+    kernel
+        The relation.
+    """
+    shared = {latent.name: latent.support for latent in factor.data.shared}
+    return {
+        site_name(name, which): frozenset(i for i, v in enumerate(shared[name]) if v in values)
+        for name, values in kernel.relation.holds_when.items()
+        if name in shared
+    }
 
 
 def by_speaker(descriptions: Sequence[Description]) -> list[tuple[Description, ...]]:
@@ -196,7 +238,8 @@ def weigh(
         raise InputError(
             f"rng is a {type(rng).__name__}; expected a generator: numpy.random.default_rng(seed)"
         )
-    grounded = ground_description(descriptions, city, model)
+    grounded = ground_description(descriptions, city, model, log_prior)
+    to_targets = ground_target_relations(descriptions, city, model, log_prior)
     cells = np.stack([log_prior[target] for target in grounded])
     data = program_data(
         grounded,
@@ -204,18 +247,18 @@ def weigh(
         model,
         torch.from_numpy(cells),
         truths=true_places(truth, tuple(grounded), model),
+        to_targets=to_targets,
     )
     tables = engine.weigh(data, rng)
     _check_tables(tables, data, engine)
-    return DescriptionFactor(
-        tuple(descriptions),
-        data,
-        {
-            t: table
-            for i, (t, table) in enumerate(zip(grounded, tables, strict=True))
-            if data.is_located(i)
-        },
-    )
+    log_factors = {}
+    for i, (target, table) in enumerate(zip(grounded, tables, strict=True)):
+        if data.is_located(i):
+            log_factors[target] = table
+        elif target in to_targets:  # nothing is said of its cells by themselves
+            weights = data.log_weight[i].numpy()[:, None]
+            log_factors[target] = np.ascontiguousarray(np.broadcast_to(weights, table.shape))
+    return DescriptionFactor(tuple(descriptions), data, log_factors, pair_kernels(data))
 
 
 def _check_tables(tables: object, data: ProgramData, engine: Engine) -> None:

@@ -21,6 +21,7 @@ from sloop_ppl.models import (
     GroundedRelation,
     ObservationModel,
     ground_description,
+    ground_target_relations,
     intervene,
     latents_of,
     preset,
@@ -79,7 +80,11 @@ def infer_description(
         engine=method.name,
         seconds=time.perf_counter() - started,
         log_evidence=posterior.log_evidence,
-        not_located=tuple(target for target in targets if target not in factor.log_factors),
+        not_located=tuple(
+            target
+            for target in targets
+            if target not in factor.log_factors and target not in posterior.related
+        ),
     )
     return posterior.noted(info), info
 
@@ -119,8 +124,8 @@ def infer_batch(
     Notes
     -----
     Descriptions and targets become the targets of one program, which makes the table of a phrase
-    once however often it is said. Where phrases share frames or latents, targets are coupled, and
-    each description is inferred by itself.
+    once however often it is said. Where phrases share frames or latents, or relate targets to each
+    other, targets are coupled, and each description is inferred by itself.
 
     Examples
     --------
@@ -136,7 +141,8 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
-    coupled = chosen.shared_frames or latents_of(chosen)
+    coupled = chosen.shared_frames or bool(latents_of(chosen))
+    coupled = coupled or any(ground_target_relations((d,), city, chosen) for d in descriptions)
     if coupled or not all(description.is_certain for description in descriptions):
         each = [
             infer_description(description, city, chosen, prior=prior)[0]

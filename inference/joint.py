@@ -8,77 +8,35 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import reduce
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.special import softmax
-from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.inference._log_tables import LogTable, product_of
+from sloop_ppl.inference._pairs import PairGroup
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["JointPosterior", "LogTable", "sum_product"]
+__all__ = ["JointPosterior", "LogFactor", "LogTable", "sum_product"]
+
+LogFactor: TypeAlias = LogTable | PairGroup
+"""A factor of the posterior: a table, or the weight of two cells that is not laid out."""
 
 _MOST_NUMBERS = 1 << 28
 """Of one intermediate table, 2 GiB in float64."""
 
 
-@dataclass(frozen=True, eq=False)
-class LogTable:
-    """A table of log weights with one named axis for each latent.
+def sum_product(factors: Sequence[LogFactor], keep: Sequence[str]) -> LogTable:
+    """Sum all latents but some out of a product of factors.
 
     Parameters
     ----------
-    latents
-        Names of the latents, one for each axis.
-    values
-        The log weights.
-    """
-
-    latents: tuple[str, ...]
-    values: Tensor
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Length of each latent's axis."""
-        return dict(zip(self.latents, self.values.shape, strict=True))
-
-    def aligned(self, latents: Sequence[str]) -> Tensor:
-        """Return the values with the axes of some latents, of length one where it has none."""
-        kept = [name for name in latents if name in self.latents]
-        table = self.values.permute([self.latents.index(name) for name in kept])
-        if len(kept) == len(latents):
-            return table
-        sizes = self.sizes
-        return table.reshape([sizes.get(name, 1) for name in latents])
-
-    def summed(self, name: str) -> LogTable:
-        """Return the table with one latent summed out."""
-        axis = self.latents.index(name)
-        rest = (*self.latents[:axis], *self.latents[axis + 1 :])
-        if self.values.shape[axis] == 1:
-            return LogTable(rest, self.values.squeeze(axis))
-        return LogTable(rest, torch.logsumexp(self.values, axis))
-
-
-def product_of(tables: Sequence[LogTable]) -> LogTable:
-    """Return the product of some tables: the sum of their log weights, axes matched by name."""
-    latents = tuple(dict.fromkeys(name for table in tables for name in table.latents))
-    total = reduce(torch.add, (table.aligned(latents) for table in tables))
-    return LogTable(latents, total)
-
-
-def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
-    """Sum all latents but some out of a product of tables.
-
-    Parameters
-    ----------
-    tables
+    factors
         The factors, at least one.
     keep
         Latents that stay.
@@ -97,12 +55,19 @@ def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
     -----
     Bucket elimination, the latent whose bucket is smallest first. Factors are added before they
     are exponentiated: Pyro's einsum multiplies exponentials shifted by each factor's own maximum,
-    which underflow where two descriptions contradict each other by more than 745 nats.
+    which underflow where two descriptions contradict each other by more than 745 nats. Of relations
+    between targets the leaves of the tree come first: each is one product of a table and a matrix.
     """
-    left = list(tables)
-    sizes = {name: size for table in tables for name, size in table.sizes.items()}
-    while others := {name for table in left for name in table.latents if name not in keep}:
-        costs = {name: _bucket_size(left, name, sizes) for name in others}
+    left = [factor for factor in factors if isinstance(factor, LogTable)]
+    pairs = [factor for factor in factors if isinstance(factor, PairGroup)]
+    sizes = {name: size for factor in factors for name, size in factor.sizes.items()}
+    while True:
+        known = [name for factor in left for name in factor.latents]
+        known += [name for factor in pairs for name in factor.latents]
+        others = {name for name in known if name not in keep}
+        if not others:
+            break
+        costs = {name: _bucket_size(left, pairs, name, sizes) for name in others}
         name = min(sorted(costs), key=lambda name: costs[name])
         if costs[name] > _MOST_NUMBERS:
             raise InputError(
@@ -111,14 +76,35 @@ def sum_product(tables: Sequence[LogTable], keep: Sequence[str]) -> LogTable:
             )
         bucket = [table for table in left if name in table.latents]
         left = [table for table in left if name not in table.latents]
-        left.append(product_of(bucket).summed(name))
-    total = product_of(left)
+        own = [pair for pair in pairs if name in pair.latents]
+        pairs = [pair for pair in pairs if name not in pair.latents]
+        last = _last(bucket, own, name)
+        bucket += [pair.table() for pair in own if pair is not last]
+        product = product_of(bucket)
+        left.append(product.summed(name) if last is None else last.summed(product, name))
+    total = product_of([*left, *(pair.table() for pair in pairs)])
     order = tuple(name for name in keep if name in total.latents)
     return LogTable(order, total.aligned(order))
 
 
-def _bucket_size(tables: Sequence[LogTable], name: str, sizes: Mapping[str, int]) -> int:
-    met = {latent for table in tables if name in table.latents for latent in table.latents}
+def _last(bucket: Sequence[LogTable], pairs: Sequence[PairGroup], name: str) -> PairGroup | None:
+    """Return the pair that the others are multiplied with, to sum a latent out; None for none."""
+    if not bucket:  # two cells of which nothing else is known
+        return None
+    met = {latent for table in bucket for latent in table.latents}
+    fits = (p for p in pairs if name in p.cells and p.other(name) not in met)
+    return next(fits, None)
+
+
+def _bucket_size(
+    tables: Sequence[LogTable], pairs: Sequence[PairGroup], name: str, sizes: Mapping[str, int]
+) -> int:
+    bucket = [table for table in tables if name in table.latents]
+    own = [pair for pair in pairs if name in pair.latents]
+    met = {latent for table in bucket for latent in table.latents} | {name}
+    last = _last(bucket, own, name)
+    for pair in own:
+        met |= set(pair.gate_sizes) if pair is last else set(pair.latents)
     return math.prod(sizes[latent] for latent in met)
 
 
@@ -155,7 +141,7 @@ class JointPosterior:
         others, when they are asked for.
     """
 
-    factors: tuple[LogTable, ...]
+    factors: tuple[LogFactor, ...]
     supports: Mapping[str, Sequence[Any]]
     local: tuple[LocalLatents, ...] = ()
     _kept: dict[tuple[str, ...], LogTable] = field(default_factory=dict, repr=False)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
+from sloop_ppl.inference._pairs import MOST_NUMBERS
 from sloop_ppl.inference._phrase_tables import PhraseTables
-from sloop_ppl.inference.factors import DescriptionFactor, site_name
+from sloop_ppl.inference.factors import DescriptionFactor, gates_of, site_name
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.language import SpatialRelation
 from sloop_ppl.models import GroundedRelation, ProgramData
@@ -67,6 +69,9 @@ def lapses_of(
         weights = joint.probabilities(*names, component, f"{target}/cell")  # (V..., K, S)
         for index, relation in enumerate(factor.about(target)):
             terms = [term for term in factor.relations(target) if term.index == index]
+            if not terms:
+                found.append(_lapse_of_pair(joint, factor, which, target, index, len(found)))
+                continue
             prior = 1 - (1 - data.model.lapse) ** len(terms)
             p = 0.0
             for k, part in enumerate(data.model.components):
@@ -75,6 +80,39 @@ def lapses_of(
                 p += float((own * _wrong(terms, data)).sum()) if reads else prior * own.sum()
             found.append(Lapse(relation, len(found), float(p), float(prior)))
     return tuple(found)
+
+
+def _lapse_of_pair(
+    joint: JointPosterior,
+    factor: DescriptionFactor,
+    which: int,
+    target: str,
+    index: int,
+    position: int,
+) -> Lapse:
+    """Return the probability that a relation to a target is wrong.
+
+    It is the prior where the model does not heed it, or the joint of the two cells is too large.
+
+    Notes
+    -----
+    Given both cells it is lapse u / phi, averaged over their joint.
+    """
+    model, relation = factor.data.model, factor.about(target)[index]
+    pairs = factor.pairs_of(target, index)
+    if not pairs or not model.lapse or pairs[0].n_cells ** 2 > MOST_NUMBERS:
+        return Lapse(relation, position, float(model.lapse), float(model.lapse))
+    pair = replace(pairs[0], power=1.0)
+    gates, otherwise = gates_of(factor, which, pairs[0]), 0.0
+    cells = joint.probabilities(*gates, f"{pair.figure}/cell", f"{pair.ground}/cell")
+    level = math.log(model.lapse) + factor.data.log_uninformative
+    log_phi = pair.log_rows(torch.arange(pair.n_cells), of_figure=True).numpy()
+    for values in gates.values():  # where it was not meant, nothing tells of its lapse
+        meant = np.isin(np.arange(len(cells)), sorted(values))
+        otherwise += float(cells[~meant].sum())
+        cells = cells[meant].sum(0)
+    p = float((cells * np.exp(level - log_phi)).sum()) + otherwise * model.lapse
+    return Lapse(relation, position, min(p, 1.0), float(model.lapse))
 
 
 def _wrong(terms: Sequence[GroundedRelation], data: ProgramData) -> NDArray[np.float64]:

@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
 from sloop_ppl.inference._log_evidence import LogEvidence
+from sloop_ppl.inference._log_tables import LogTable
+from sloop_ppl.inference._pairs import pair_table
 from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.inference._store import StoredPosterior, load_parts, save_parts, to_dataset
 from sloop_ppl.inference._utterances import utterances_about
@@ -59,7 +62,7 @@ from sloop_ppl.inference.summaries import (
 )
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
-from sloop_ppl.models import GroundedRelation, Latent, ObservationModel
+from sloop_ppl.models import GroundedRelation, Latent, ObservationModel, PairKernel
 from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.simulation import Simulated, speaker_of
 
@@ -103,8 +106,8 @@ class Posterior:
     prior(s) sensed(s) prod_d sum_k factor_d(k, s). The component, the count of phrases that
     tempering goes by, and shared frames belong to a speaker: two texts of one speaker are one
     longer description, those of several multiply, and the order never matters. A text without a
-    name is a speaker by itself. Frames that a speaker shares between targets couple their beliefs:
-    what is learnt of one tells of the other.
+    name is a speaker by itself. Frames that a speaker shares between targets, and relations between
+    targets, couple their beliefs: what is learnt of one tells of the other.
     """
 
     city: CityMap
@@ -162,8 +165,19 @@ class Posterior:
 
     @property
     def is_coupled(self) -> bool:
-        """Tell whether what is learnt of one target tells of another: they share a latent."""
+        """Tell whether what is learnt of one target tells of another.
+
+        They share a latent, or it was said how they lie apart.
+        """
+        if any(f.pairs for f in self.factors):
+            return True
         return any(len(targets) > 1 for f in self.factors for targets in f.data.holders.values())
+
+    @property
+    def related(self) -> frozenset[str]:
+        """Targets of which it was said how they lie apart from another, figures and grounds."""
+        pairs = [pair for factor in self.factors for pair in factor.pairs]
+        return frozenset(name for pair in pairs for name in (pair.figure, pair.ground))
 
     @property
     def log_evidence(self) -> LogEvidence:
@@ -420,15 +434,29 @@ class Posterior:
         -------
         tuple of numpy.ndarray
             One table per relation of :meth:`relations`, summing to one, shape (H, W): no other
-            relation, no component but the literal one, no prior; frames summed out.
+            relation, no component but the literal one, no prior; frames summed out. The ground of a
+            relation to a target is where all that is known puts it.
         """
         tables = []
         for _, factor in self._factors_about(target):
             for index in range(len(factor.about(target))):
                 own = [t for t in factor.relations(target) if t.index == index]
-                log_p = sum(PhraseTables(factor.data, term).log_phi_alone for term in own)
+                log_p = np.zeros(self.city.grid.size)
+                for term in own:
+                    log_p = log_p + PhraseTables(factor.data, term).log_phi_alone
+                for pair in factor.pairs_of(target, index):
+                    log_p = log_p + self._seen_from_ground(pair)
                 tables.append(softmax(log_p).reshape(self.city.grid.shape))
         return tuple(tables)
+
+    def _seen_from_ground(self, pair: PairKernel) -> Table:
+        """Return the log of a relation to a target, where that is summed out, shape (S,)."""
+        alone = pair_table(replace(pair, power=1.0))
+        with np.errstate(divide="ignore"):
+            log_p = torch.from_numpy(np.log(self.belief(pair.ground).reshape(-1)))
+        name = f"{pair.ground}/cell"
+        found: Table = alone.summed(LogTable((name,), log_p), name).values.numpy()
+        return found
 
     def lapses(self, target: str) -> tuple[Lapse, ...]:
         """Return how probable it is that each relation of a target is wrong, given everything."""
@@ -509,8 +537,8 @@ class Posterior:
         tuple of PhraseCheck
             In the order of :meth:`relations`, under the model's speaker form; a relation to several
             grounds without a meaning of its own is checked by its first, one to a place that may be
-            several by the most probable of them. Left out is what is not on the map. The others are
-            taken in their most probable reading.
+            several by the most probable of them. Left out is what is not on the map, and what is to
+            a target. The others are taken in their most probable reading.
 
         Raises
         ------

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         ProgramData,
         SharedFrame,
         ground_description,
+        ground_target_relations,
         latents_of,
         program_data,
         true_places,
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         Parameter,
         RelationLikelihood,
     )
+    from sloop_ppl.models.pair_kernel import PairKernel
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
     from sloop_ppl.models.simulation import SPEAKER, simulate, speaker_of
@@ -73,6 +75,7 @@ __all__ = [
     "LearntCells",
     "NearestStreet",
     "ObservationModel",
+    "PairKernel",
     "Parameter",
     "PredictedPoint",
     "PredictedSpread",
@@ -87,6 +90,7 @@ __all__ = [
     "fitting_note",
     "ground_description",
     "ground_relations",
+    "ground_target_relations",
     "intervene",
     "latents_of",
     "learn_cells",
@@ -121,6 +125,7 @@ _HOMES = {
         "ProgramData",
         "SharedFrame",
         "ground_description",
+        "ground_target_relations",
         "latents_of",
         "program_data",
         "true_places",
@@ -128,6 +133,7 @@ _HOMES = {
     "interventions": ("intervene",),
     "latents": ("Latent",),
     "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "Parameter", "RelationLikelihood"),
+    "pair_kernel": ("PairKernel",),
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
     "simulation": ("SPEAKER", "simulate", "speaker_of"),

@@ -409,7 +409,7 @@ class GroundedRelation:
         """Return the same relation under a value of a latent of its description; see `choices`."""
         if name in self.holds_when:
             return self if value in self.holds_when[name] else replace(self, is_silent=True)
-        if value == NOT_ON_MAP:
+        if value == NOT_ON_MAP or not self._is_place(value):
             return replace(self, is_silent=True)
         grounds = tuple(
             value if slot == name else ground
@@ -418,6 +418,10 @@ class GroundedRelation:
         # No place lies between a ground and itself, so such a pair tells nothing.
         is_pair = len(set(grounds)) == len(grounds)
         return replace(self, grounds=grounds, is_silent=self.is_silent or not is_pair)
+
+    def _is_place(self, ground: str) -> bool:
+        """Tell whether a ground has a place of its own; another target has none that is known."""
+        return ground in self.city or is_map(self.city, ground) or ground in self.points
 
     def belongs_to(self, name: str, value: int) -> bool:
         """Tell whether the relation belongs to a reading, or a branch, of this name."""

@@ -8,7 +8,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Hashable,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -18,12 +26,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models._choices import Phrasing, phrasings_of
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
+from sloop_ppl.models._target_grounds import SplitPhrasing, split_phrasing, target_ids
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import (
@@ -40,6 +49,7 @@ __all__ = [
     "ProgramData",
     "SharedFrame",
     "ground_description",
+    "ground_target_relations",
     "latents_of",
     "program_data",
     "true_places",
@@ -261,6 +271,9 @@ class ProgramData:
         Parameter of the likelihood -> distribution that it is drawn from.
     own
         Latents of the description or the model that one phrase each depends on.
+    to_targets
+        Target -> its relations to other targets, which no table over its cells can hold; here they
+        only count as phrases, and may depend on what the description leaves open.
     """
 
     targets: tuple[str, ...]
@@ -272,6 +285,7 @@ class ProgramData:
     truths: tuple[tuple[float, float], ...] | None = None
     number_priors: Mapping[str, Any] = field(default_factory=dict)
     own: tuple[Latent, ...] = ()
+    to_targets: Mapping[str, tuple[GroundedRelation, ...]] = field(default_factory=dict)
     tables: dict[Any, Any] = field(default_factory=dict, repr=False)
     phrases: dict[int, Phrase] = field(default_factory=dict, repr=False)
 
@@ -301,13 +315,28 @@ class ProgramData:
         whatever was meant.
         """
         shape = (-1, *(1,) * (len(self.shared) + 1))
+        every = [
+            phrases + self._counted(target)
+            for target, phrases in zip(self.targets, self.relations, strict=True)
+        ]
         return tuple(
             torch.tensor(
                 [max(_count(part.terms_it_reads(phrases)), 1) for part in self.model.components],
                 dtype=torch.float64,
             ).reshape(shape)
-            for phrases in self.relations
+            for phrases in every
         )
+
+    def power_of(self, term: GroundedRelation) -> float:
+        """Return the exponent that tempering gives a relation to another target."""
+        i = self.targets.index(term.figure)
+        n = max(_count(self.relations[i] + self._counted(term.figure)), 1)
+        return float(n ** -float(self.model.temper))
+
+    def _counted(self, target: str) -> tuple[GroundedRelation, ...]:
+        """Return its relations to other targets, those left out that may be to a place, too."""
+        terms = self.to_targets.get(target, ())
+        return tuple(one for one in terms if not any(c.kind == "ground" for c in one.choices))
 
     @cached_property
     def cuts(self) -> Tensor:
@@ -566,7 +595,10 @@ def _declared(model: ObservationModel) -> tuple[Latent, ...]:
 
 
 def ground_description(
-    description: Description | Sequence[Description], city: CityMap, model: ObservationModel
+    description: Description | Sequence[Description],
+    city: CityMap,
+    model: ObservationModel,
+    others: Collection[str] = (),
 ) -> dict[str, tuple[GroundedRelation, ...]]:
     """Return target -> its grounded relations, in the order of the description's targets.
 
@@ -579,6 +611,10 @@ def ground_description(
     model
         The observation model; its `joint_grounds` and `heed_distance` decide what a relation to
         several grounds and a said distance mean.
+    others
+        Ids of targets that were spoken of before. Relations to a target are left out: they say how
+        two targets lie apart; see
+        `ground_target_relations`.
 
     Raises
     ------
@@ -590,42 +626,131 @@ def ground_description(
     texts = (description,) if isinstance(description, Description) else tuple(description)
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
     counts: Counter[str] = Counter()
-    others: dict[str, tuple[GroundedRelation, ...]] = {}
+    rest: dict[str, tuple[GroundedRelation, ...]] = {}
+    for text, target, phrasings in _by_target(texts, city, model, others):
+        own: list[GroundedRelation] = []
+        for one in phrasings:
+            if one.of_places is not None:
+                joint = model.joint_grounds
+                own += ground_phrasing(one.of_places, one.index, city, joint=joint)
+        terms = with_hearer(tuple(own), texts[text].hearer)
+        terms = tuple(replace(term, description=text) for term in terms) if text else terms
+        main = tuple(term for term in terms if term.index >= 0)
+        grounded[target] = grounded.get(target, ()) + main
+        rest[target] = rest.get(target, ()) + tuple(term for term in terms if term.index < 0)
+        counts[target] += len(texts[text].about(target))
+    # Relations of other readings alone come after all of the most probable ones, and so are
+    # numbered: what is asked of the j-th relation that was read means the same with and without.
+    return {
+        target: terms
+        + tuple(replace(term, index=counts[target] + n) for n, term in enumerate(rest[target]))
+        for target, terms in grounded.items()
+    }
+
+
+def ground_target_relations(
+    descriptions: Sequence[Description],
+    city: CityMap,
+    model: ObservationModel,
+    others: Collection[str] = (),
+) -> dict[str, tuple[GroundedRelation, ...]]:
+    """Return target -> its relations to other targets, of one speaker, in the order of saying.
+
+    Parameters
+    ----------
+    descriptions
+        All that the speaker said.
+    city, model
+        The map and the observation model.
+    others
+        Ids of targets that were spoken of before.
+
+    Returns
+    -------
+    dict
+        Only targets that have some. What is said in some readings or branches alone, or of a
+        mention that may be another place, has that in `GroundedRelation.holds_when`.
+
+    Raises
+    ------
+    DescriptionError
+        When a target is located by itself.
+
+    Notes
+    -----
+    Nothing is measured yet: where such a ground is, no one knows; see
+    :class:`sloop_ppl.models.PairKernel`. A model that takes no phrase as it was said ("uniform",
+    "keyword", "informed") takes none of these either.
+    """
+    if model.needs_truth or not any(part.is_literal for part in model.components):
+        return {}
+    found: dict[str, tuple[GroundedRelation, ...]] = {}
+    for text, target, phrasings in _by_target(descriptions, city, model, others):
+        terms = tuple(
+            GroundedRelation(
+                relation=pair.relation.relation,
+                grounds=pair.relation.grounds,
+                city=city,
+                negated=pair.relation.negated,
+                stated_distance_m=pair.relation.distance_m,
+                index=one.index,
+                figure=target,
+                each=pair.relation.each,
+                description=text,
+                distance_bounds=pair.relation.distance,
+                choices=pair.choices,
+                holds_when=pair.holds_when,
+            )
+            for one in phrasings
+            for pair in one.to_targets
+        )
+        for term in terms:
+            if term.ground == target:
+                raise DescriptionError(
+                    f"Relation '{term.relation}' of '{target}' is to '{target}' itself; expected a "
+                    "landmark or another target"
+                )
+        if terms:
+            found[target] = found.get(target, ()) + terms
+    return found
+
+
+def _by_target(
+    texts: Sequence[Description],
+    city: CityMap,
+    model: ObservationModel,
+    others: Collection[str],
+) -> Iterator[tuple[int, str, tuple[SplitPhrasing, ...]]]:
+    """Yield position of a text, a target and what is said of it there, numbered on.
+
+    A relation of no main reading has the number -1.
+    """
+    known = target_ids(texts, city, others)
+    counts: Counter[str] = Counter()
     for position, text in enumerate(texts):
         phrasings = phrasings_of(
             text, sum_readings=model.sum_readings, sum_grounds=model.sum_grounds, text=position
         )
         for target in text.targets:
-            before, own = counts[target.id], []
-            for one in phrasings:
-                if one.relation.figure == target.id:
-                    own += [
-                        replace(term, description=position) if position else term
-                        for term in with_hearer(_grounded(one, before, city, model), text.hearer)
-                    ]
-            main = tuple(term for term in own if term.index >= 0)
-            grounded[target.id] = grounded.get(target.id, ()) + main
-            rest = tuple(term for term in own if term.index < 0)
-            others[target.id] = others.get(target.id, ()) + rest
+            yield (
+                position,
+                target.id,
+                tuple(
+                    split_phrasing(
+                        one if model.heed_distance else _without_distance(one),
+                        known,
+                        -1 if one.position is None else counts[target.id] + one.position,
+                    )
+                    for one in phrasings
+                    if one.relation.figure == target.id
+                ),
+            )
             counts[target.id] += len(text.about(target.id))
-    # Relations of other readings alone come after all of the most probable ones, and so are
-    # numbered: what is asked of the j-th relation that was read means the same with and without.
-    return {
-        target: terms
-        + tuple(replace(term, index=counts[target] + n) for n, term in enumerate(others[target]))
-        for target, terms in grounded.items()
-    }
 
 
-def _grounded(
-    phrasing: Phrasing, before: int, city: CityMap, model: ObservationModel
-) -> tuple[GroundedRelation, ...]:
-    """Return the terms of one relation, numbered -1 when it is of no main reading."""
-    if not model.heed_distance:
-        plain = replace(phrasing.relation, distance_m=None, distance=None)
-        phrasing = replace(phrasing, relation=plain)
-    index = -1 if phrasing.position is None else before + phrasing.position
-    return ground_phrasing(phrasing, index, city, joint=model.joint_grounds)
+def _without_distance(phrasing: Phrasing) -> Phrasing:
+    plain = replace(phrasing.relation, distance_m=None, distance=None)
+    return replace(phrasing, relation=plain)
 
 
 def _main(relations: tuple[GroundedRelation, ...]) -> tuple[GroundedRelation, ...]:
@@ -692,6 +817,7 @@ def program_data(
     *,
     truths: Sequence[tuple[float, float]] | None = None,
     number_priors: Mapping[str, Any] | None = None,
+    to_targets: Mapping[str, tuple[GroundedRelation, ...]] | None = None,
 ) -> ProgramData:
     """Return what the program is run on.
 
@@ -707,6 +833,8 @@ def program_data(
         True places, metres, one for each target; wanted by models that need them, else ignored.
     number_priors
         Parameter of the likelihood -> distribution that it is drawn from.
+    to_targets
+        Target -> its relations to other targets; they count as phrases.
 
     Raises
     ------
@@ -727,14 +855,16 @@ def program_data(
     every = [relation for phrases in relations for relation in phrases]
     frames = _shared_frames(every, model)
     placed = [(t, j, r) for t, phrases in grounded.items() for j, r in enumerate(phrases)]
+    between = [relation for terms in (to_targets or {}).values() for relation in terms]
     latents = (
-        *_choices_of(every),
+        *_choices_of([*every, *between]),
         *(one for latent in latents_of(model) for one in latent.each(placed)),
     )
     declared = tuple(
         latent
         for latent in latents
         if latent.choice in ("reading", "branch")
+        or any(latent.is_about(relation) for relation in between if latent.choice)
         or sum(latent.is_about(relation) for relation in every) != 1
     )
     declared = _most_probable(declared, frames, len(model.components) * city.grid.size)
@@ -753,6 +883,7 @@ def program_data(
         tuple(truths) if truths is not None and model.needs_truth else None,
         dict(number_priors or {}),
         tuple(latent for latent in latents if latent.name not in shared),
+        to_targets or {},
     )
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeVar, get_args
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 import numpy as np
 import pyro
@@ -33,6 +33,7 @@ from sloop_ppl.models.grounding import (
     Phrase,
     ProgramData,
     ground_description,
+    ground_target_relations,
     program_data,
     true_places,
 )
@@ -43,12 +44,16 @@ from sloop_ppl.models.likelihoods import (
     parameters_of,
     with_values,
 )
+from sloop_ppl.models.pair_kernel import PairKernel
 from sloop_ppl.models.presets import ObservationModel, preset
 
 __all__ = ["Frames", "Program", "build", "generative_model"]
 
 Frames = Literal["bins", "density", "summed"]
 """How frames are drawn: Categorical over angle bins, from their density, or summed out."""
+
+PairSite: TypeAlias = tuple[str, str, Tensor]
+"""Ids of a figure and of the target that is its ground, and the log factor of their cells."""
 
 T = TypeVar("T")
 
@@ -61,7 +66,9 @@ _MOST_DIMS = 24
 """Sites that get a dim each: well below the 64 that torch has for them and for tables together."""
 
 
-def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, Tensor]:
+def generative_model(
+    data: ProgramData, frames: Frames, bins: int, pairs: Mapping[str, PairSite] | None = None
+) -> dict[str, Tensor]:
     """Draw where targets are and how each phrase was meant; observe that the description holds.
 
     First what phrases share: reading h ~ Cat(pi), branch of each "or", referent gamma_m of each
@@ -72,6 +79,7 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
     g(s | r_j, gamma_j, psi_j) / sum_s E_psi[g], or 1 / S in a lapse, of a referent on no map and
     of a phrase that is not in h. Per component of n phrases a composite likelihood,
     (prod_j E[phi_j])^(n^-t), divided by its sum over the map; then the cut and the shared error.
+    Last, the phrases between targets, each a factor of their two cells.
     """
     model, cells = data.model, {}
     numbers = {name: draw_number(name, prior) for name, prior in data.number_priors.items()}
@@ -124,6 +132,9 @@ def generative_model(data: ProgramData, frames: Frames, bins: int) -> dict[str, 
         if model.error_m:
             log_moved = log_blur(log_p, data.city.grid, model.error_m)
             pyro.factor(f"{target}/shared_error", look_up(log_moved - log_p, at))
+    for name, (figure, ground, log_pair) in (pairs or {}).items():
+        log_holds = look_up(log_pair, (*shared, cells[ground], cells[figure]))
+        pyro.sample(name, LogBernoulli(log_holds), obs=_ONE)
     return cells
 
 
@@ -185,13 +196,17 @@ def plate(
     many, those of one item lie along the dims of another's (`pyro.markov`). `poutine.do` of an
     enumerated program works in plates only.
     """
-    sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
-    if sites + len(data.own) > _MOST_DIMS:
+    if _count_sites(data) > _MOST_DIMS:
         indices: Iterable[int] = pyro.markov(range(len(items)), history=0)
         return ((i, items[i]) for i in indices)
     if frames != "bins" or not items:  # Pyro's automatic guides take no plates that are loops
         return enumerate(items)
     return ((int(i), items[int(i)]) for i in pyro.plate(name, len(items)))
+
+
+def _count_sites(data: ProgramData) -> int:
+    sites = 2 * len(data.targets) + 2 * sum(map(len, data.relations)) + len(data.shared)
+    return sites + len(data.own)
 
 
 def draw_number(name: str, prior: Any) -> Tensor:
@@ -630,11 +645,16 @@ class Program:
         ``"bins"``, ``"density"`` or ``"summed"``; see `build`.
     bins
         Angle bins of each frame.
+    pairs
+        Name of a site -> ids of a figure and of the target that is its ground, and the log factor
+        of their cells, shape (V..., S, S), the ground's first. Engines leave them out: they weigh
+        the cells of each target by itself, and the joint posterior has the rest.
     """
 
     data: ProgramData
     frames: Frames = "bins"
     bins: int = 72
+    pairs: Mapping[str, PairSite] = field(default_factory=dict)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -650,7 +670,7 @@ class Program:
             When a likelihood fails, or a number is drawn several times at once.
         """
         try:
-            return generative_model(self.data, self.frames, self.bins)
+            return generative_model(self.data, self.frames, self.bins, self.pairs)
         except SloopError as error:
             raise ProgramError(error) from error
 
@@ -698,7 +718,9 @@ def build(
         leaves its reading, the branch of alternatives g or the referent of mention k open; the
         factors ``T/temper``, ``T/normaliser``, ``T/cut`` and ``T/shared_error``; ``T/together``
         (observed) for components that are no product of phrases; ``frame/G`` where phrases share
-        the frame of ground G; latents that the model declares by their names.
+        the frame of ground G; latents that the model declares by their names. Relations to other
+        targets come last of ``T/holds_j``, and have no sites of frame and lapse: these are summed
+        out.
 
     Raises
     ------
@@ -738,6 +760,7 @@ def build(
                 "pyro.distributions.LogNormal(0.0, 1.0)"
             )
     grounded = ground_description(description, city, chosen)
+    to_targets = ground_target_relations((description,), city, chosen)
     truths = true_places(truth, tuple(grounded), chosen)
     if isinstance(frame_bins, bool) or not isinstance(frame_bins, int) or frame_bins < 1:
         raise InputError(f"frame_bins is {frame_bins!r}; expected a whole number of angles above 0")
@@ -750,13 +773,77 @@ def build(
             f"log_prior is a {type(log_prior).__name__} of shape {found}; expected a torch tensor "
             f"of shape {shape}: targets, cells"
         )
-    data = program_data(grounded, city, chosen, log_prior, truths=truths, number_priors=priors)
+    data = program_data(
+        grounded,
+        city,
+        chosen,
+        log_prior,
+        truths=truths,
+        number_priors=priors,
+        to_targets=to_targets,
+    )
     if frames == "bins":
         check_size(data, frame_bins)
     if frames == "density":
         check_density(data, f"Model '{chosen.name}'")
         check_continuous(data)
-    return Program(data, frames, frame_bins)
+    return Program(data, frames, frame_bins, pair_sites(data))
+
+
+def pair_kernels(data: ProgramData) -> tuple[PairKernel, ...]:
+    """Return the factors of relations to other targets, in the order of saying per target."""
+    return tuple(
+        PairKernel(term, data.city, data.model, data.power_of(term), log_meanings)
+        for terms in data.to_targets.values()
+        for term in terms
+    )
+
+
+def log_meanings(data: ProgramData) -> Tensor:
+    """Return the log of what holds of the one phrase of a program under each meaning, (M, S)."""
+    likelihood, relation = data.model.likelihood, data.relations[0][0]
+    phrase = data.phrase(relation)
+    log_g = phrase.over_meanings(
+        lambda meaning, frame: log_expected(data, likelihood, meaning, frame), phrase.frames
+    )
+    peak = log_g.new_zeros(1)
+    if relation.negated:
+        peak = phrase.over_meanings(lambda one, _: log_greatest(data, likelihood, one))
+    return log_held(log_g, relation, data.model, peak)[..., 0, :].reshape(-1, data.n_cells)
+
+
+def pair_sites(data: ProgramData) -> dict[str, PairSite]:
+    """Return the sites of relations to other targets, ``T/holds_j`` counted on; see `Program`.
+
+    Raises
+    ------
+    InputError
+        When a table would not fit in memory, or there are too many sites to enumerate together.
+    """
+    found: dict[str, PairSite] = {}
+    counts = {t: len(relations) for t, relations in zip(data.targets, data.relations, strict=True)}
+    for kernel in pair_kernels(data):
+        term = kernel.relation
+        if data.n_cells**2 > _MOST_NUMBERS or _count_sites(data) > _MOST_DIMS:
+            raise InputError(
+                f"The program of '{term.relation} {term.ground}' relates two targets of "
+                f"{data.n_cells} cells beside {_count_sites(data)} sites; use a smaller map, or "
+                "sloop_ppl.infer, which multiplies them without a table"
+            )
+        log_pair, off = kernel.log_rows(torch.arange(data.n_cells)), kernel.log_silent
+        if kernel.is_alternative:  # the phrase to a place is silent then, and counts as that
+            log_pair, off = log_pair - off, 0.0
+        for latent in reversed(data.shared):
+            values = term.holds_when.get(latent.name)
+            rows = [log_pair]
+            if values is not None:
+                silent = torch.full_like(log_pair, off)
+                rows = [log_pair if value in values else silent for value in latent.support]
+            log_pair = torch.stack(rows)
+        name = f"{term.figure}/holds_{counts[term.figure]}"
+        counts[term.figure] += 1
+        found[name] = (term.figure, term.ground, log_pair)
+    return found
 
 
 def check_continuous(data: ProgramData) -> None:

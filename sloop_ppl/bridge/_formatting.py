@@ -26,6 +26,7 @@ __all__ = [
     "outcome_line",
     "relation_table",
     "step_line",
+    "unlocated_line",
     "unresolved_lines",
     "why_lines",
 ]
@@ -69,7 +70,7 @@ def belief_lines(posterior: Posterior) -> list[str]:
         lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
                      f"{posterior.entropy(target):.2f} nats")  # fmt: skip
         if not posterior.relations(target):
-            lines.append("  nothing was said of it: this is its prior")
+            lines.append(f"  {unlocated_line(posterior, target)}")
         parts = posterior.component(target)
         if len(parts) > 1:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
@@ -77,6 +78,13 @@ def belief_lines(posterior: Posterior) -> list[str]:
         lines += [f"  {line}" for line in meant_lines(posterior, target)]
         lines += [_frame_line(frame) for frame in posterior.frames(target)]
     return [*lines, *reading_lines(posterior)]
+
+
+def unlocated_line(posterior: Posterior, target: str) -> str:
+    """Return a line about the belief of a target that nothing was said of by itself."""
+    if target in posterior.related:
+        return "nothing was said of it but that another lies by it"
+    return "nothing was said of it: this is its prior"
 
 
 def belief_report(posterior: Posterior) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from sloop_ppl.bridge._formatting import unlocated_line
 from sloop_ppl.bridge.relation_text import (
     facing,
     ground_label,
@@ -57,7 +58,7 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
         lines.append(f"{target}")
         lines += [f"  {line}" for line in _where(posterior, target)]
         if not posterior.relations(target):
-            lines.append("  nothing was said of it: this is its prior")
+            lines.append(f"  {unlocated_line(posterior, target)}")
             continue
         lines += [f"  {line}" for line in _why(posterior, target, rng)]
     return [*lines, *reading_lines(posterior)]

@@ -365,3 +365,25 @@ def test_a_hearer_or_an_area_that_is_none_is_a_fault(read, changes, fault):
     with pytest.raises(InputError) as caught:
         read(line(**changes))
     assert str(caught.value).endswith(fault)
+
+
+def test_another_target_is_a_ground(read):
+    targets = {"GreenToyota": PLACE, "RedBike": PLACE}
+    relation = {"figure": "RedBike", "relation": "near", "ground": "GreenToyota"}
+    (annotated,) = read(line(targets=targets, relations=[relation]))
+    assert annotated.relations == (SpatialRelation("RedBike", "near", ("GreenToyota",)),)
+    (default,) = read(line(targets=None, relations=[relation]))  # the default objects
+    assert default.relations == annotated.relations
+    with pytest.raises(InputError, match=r"field 'relations\[0\].ground' is not on the map"):
+        read(line(relations=[entry("near", "RedBike")]))  # not declared by this line
+
+
+def test_facts_of_relations_to_targets_and_to_who_listens(read):
+    from sloop_ppl.eval._facts import facts_of
+
+    targets = {"GreenToyota": PLACE, "RedBike": PLACE}
+    grounds = [entry("left", "RedBike"), entry("left", "Hearer"), entry("left", "VelvetDog")]
+    (annotated,) = read(line(targets=targets, relations=grounds))
+    facts, _ = facts_of(annotated, load_map("cleveland"))
+    assert [fact.good is None for fact in facts.relations] == [True, True, False]
+    assert {fact.relation_class for fact in facts.relations} == {"left"}

@@ -113,3 +113,16 @@ def test_bayes_puts_at_least_80_m_outside():
     belief = posterior.belief(TARGET)
     assert belief[apart >= 80].sum() > 0.7
     np.testing.assert_allclose(belief[apart >= 80], belief[0, 0], rtol=1e-12)
+
+
+def test_bounds_are_kept_in_files(tmp_path):
+    from sloop_ppl.inference import Posterior
+    from sloop_ppl.maps import load_map
+
+    city = load_map("cleveland", cell_m=20)
+    far = SpatialRelation(TARGET, "near", ("Ivy",), distance=Distance(50, math.inf, 0.3))
+    posterior, _ = infer_description(said(far), city, "bayes")
+    posterior.save(tmp_path / "p.nc")
+    again = Posterior.load(tmp_path / "p.nc")
+    assert again.relations(TARGET) == (far,)
+    np.testing.assert_array_equal(again.belief(TARGET), posterior.belief(TARGET))
