@@ -83,7 +83,7 @@ _ALONG = frozenset(
     ("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back")
 )
 _ONWARD = frozenset(("from", "past", "after", "before", "beyond"))
-_BUILT = tuple([w] for w in "flats apartments houses shops offices buildings stores".split())
+_BUILT = (["flats"], ["apartments"], ["houses"], ["shops"], ["offices"], ["buildings"], ["stores"])
 _NSEW = frozenset("nsew")
 _ENDS = frozenset(("left", "right", "end", "top", "bottom", "back", "front", "middle", "outside"))
 _IDIOMS: Mapping[tuple[str, ...], Distance] = {
