@@ -15,7 +15,7 @@ from importlib.resources import files
 from itertools import pairwise
 
 from sloop_ppl.language.relations import RELATIONS
-from sloop_ppl.language.values import SPEAKER, Reading, SpatialRelation
+from sloop_ppl.language.values import NOT_ON_MAP, SPEAKER, Reading, SpatialRelation
 
 __all__ = ["FEATURES", "PhraseContext", "confidence", "phrase_features", "readings_of"]
 
@@ -37,6 +37,9 @@ FEATURES = (
     "set aside",
     "inverted",
     "sentence",
+    "not on map",
+    "ground first",
+    "proximity",
 )
 """What the regression looks at, in the order of its weights."""
 
@@ -107,6 +110,9 @@ def phrase_features(relation: SpatialRelation, context: PhraseContext) -> tuple[
         math.log1p(context.aside) / 2.0,
         float(inverted),
         math.log1p(context.sentence) / 3.0,
+        float(NOT_ON_MAP in relation.grounds),
+        float(spans is not None and spans.grounds[-1][0] < spans.relation[0]),
+        float(record.relation_class == "proximity"),
     )
 
 

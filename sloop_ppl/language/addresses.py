@@ -29,10 +29,10 @@ _HOUSE_INFERRED = 0.9
 """Share of the house where the map has its number, and its street is only near."""
 
 _STREET_UNKNOWN = 0.7
-"""Share of the houses of a number where the street that was said is not on the map."""
+"""Share of the houses of a number where the street that was named is not on the map."""
 
 _BARE_NUMBER = 0.8
-"""Share of the houses of a number that was said without a street."""
+"""Share of the houses of a number that was given without a street."""
 
 _TYPE_WITHIN = 3
 
@@ -57,8 +57,8 @@ class AddressIndex:
                 else:
                     near = _nearest(landmark, streets, tree)
                     names, stated = [m.name or "" for m in near], False
-                told = frozenset(t for name in names for t in _telling(name))
-                self._houses.setdefault(number, []).append((i, told, stated))
+                words_of_street = frozenset(t for name in names for t in _distinctive(name))
+                self._houses.setdefault(number, []).append((i, words_of_street, stated))
 
     def houses(self, number: str) -> list[int]:
         """Return the positions of the landmarks of a number, on whatever street."""
@@ -70,18 +70,22 @@ class AddressIndex:
         Parameters
         ----------
         number
-            The house number as it was said.
+            The house number as it is written.
         street
             Name of the street.
         """
-        said = frozenset(t for name in street for t in _telling(name))
-        found = {i: stated for i, told, stated in self._houses.get(number, ()) if said & told}
+        asked = frozenset(t for name in street for t in _distinctive(name))
+        found = {
+            i: stated
+            for i, words_of_street, stated in self._houses.get(number, ())
+            if asked & words_of_street
+        }
         sure = {i: True for i, stated in found.items() if stated}
         return sure or found
 
 
 def _addresses(landmark: Landmark) -> list[tuple[str, str]]:
-    """Return the numbers of a landmark with their streets, "" for one that is not said."""
+    """Return the numbers of a landmark with their streets, "" for one that is unknown."""
     known = landmark.properties
     number = known.get("house_number") or known.get("addr:housenumber")
     street = str(known.get("addr:street") or "")
@@ -89,8 +93,8 @@ def _addresses(landmark: Landmark) -> list[tuple[str, str]]:
     for address in known.get("addresses", ()):
         match = re.fullmatch(r"(\d\S*)\s+(.+)|(.+?)\s+(\d\S*)", str(address))
         if match:
-            said, name = match[1] or match[4], match[2] or match[3]
-            found += [(part, name) for part in _numbers(said)]
+            other, name = match[1] or match[4], match[2] or match[3]
+            found += [(part, name) for part in _numbers(other)]
     return found
 
 
@@ -104,7 +108,7 @@ def _numbers(text: object) -> list[str]:
     return list(dict.fromkeys((*parts, *ends)))
 
 
-def _telling(name: str) -> list[str]:
+def _distinctive(name: str) -> list[str]:
     """Return the words of a street's name that tell it from others."""
     known = lexicon()
     low = [canonical(w.low) for w in split_words(name) if w.kind != "mark"]
@@ -154,18 +158,18 @@ def link_addresses(
         if after < len(words) and words[after].low == ",":
             after += 1
         street = starts.get(i + 1) or starts.get(after)
-        said = words[i].low.replace(",", "")
+        number = words[i].low.replace(",", "")
         if street is not None and street.first not in made and _is_street(street, index):
-            found = _at_number(said, street, houses, index)
+            found = _at_number(number, street, houses, index)
             made[street.first] = replace(found, first=i)
             continue
         street = ends.get(i)
         if street is not None and street.first not in made and _is_street(street, index):
-            found = _at_number(said, street, houses, index)
+            found = _at_number(number, street, houses, index)
             if found.score >= 1.0 or found.candidates != street.candidates:
                 made[street.first] = replace(found, last=i + 1)
             continue
-        alone = _alone(words, i, said, roles, houses)
+        alone = _alone(words, i, number, roles, houses)
         if alone is not None:
             made[i] = alone
     added = list(made.values())
@@ -199,7 +203,7 @@ def _at_number(
 def _alone(
     words: Sequence[Word], at: int, number: str, roles: Roles, houses: AddressIndex
 ) -> LandmarkMention | None:
-    """Return the houses of a number whose street is not on the map, or was not said."""
+    """Return the houses of a number whose street is not on the map, or was not given."""
     found = houses.houses(number)
     if not found:
         return None
@@ -208,7 +212,9 @@ def _alone(
         return None
     known = _STREET_UNKNOWN if last is not None else _BARE_NUMBER
     shares = of_a_kind(dict.fromkeys(found, 1.0), 1 - known)
-    first = at if last is not None or words[at - 1].low not in ("#", "number") else at - 1
+    first = at
+    if last is None:
+        first -= 2 if words[at - 1].low == "." else 1
     return LandmarkMention(first, last or at + 1, tuple(found), known, (), shares)
 
 

@@ -20,6 +20,8 @@ __all__ = ["attach"]
 
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
+_PASSED = {"up", "down", "along", "beyond", "towards", "around", "across"}
+_NEW = ("a", "an", "another", "one", "some")
 _PARTS = frozenset((",", ".", ";", "or", "and", "but"))
 _RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
 _HEARERS = ("you", "you're", "you've", "we're", "i'm")
@@ -33,7 +35,9 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    moving: bool = False  # the figure moves: where it passes is not where it is
     seen: tuple[Ground, ...] = ()  # a landmark that someone sees
+    seen_at: int = 0  # the item that names it
     topic: Ground | None = None  # a landmark that no cue precedes
     grounds: tuple[Ground, ...] = ()  # such landmarks, joined by "and"
     pending: list[RelationPhrase] = field(default_factory=list)
@@ -76,7 +80,9 @@ class _Walk:
         self.clause = _Clause()
         self.lows = [w.low for w in reader.words]
         self.correcting = 0  # sentences for which a correction still waits for what is right
+        self.own_kind = ""  # head of the kind of place that who speaks is at: "the bench"
         self.named_at: dict[str, int] = {}  # object -> word after its last mention
+        self.crossing: tuple[Ground, ...] = ()  # streets whose crossing was spoken of last
         self.others: set[tuple[int, int]] = set()  # cues of waiting alternatives
         self.alternative = False  # "or" stands between the last relation and the next
 
@@ -127,6 +133,8 @@ class _Walk:
         if self.correcting and before:
             self.record.retract(phrase)
         self.correcting = 0
+        if ids == (SPEAKER,) and not phrase.negated and not self.own_kind:
+            self._remember_kind(phrase)
         self.record.give(phrase, ids, span, confidence)
         if len(self.record.attached) > before:
             hedged = before > 0 and all(self._hedged(a.phrase) for a in self.record.attached[-2:])
@@ -140,6 +148,19 @@ class _Walk:
             self.others.add(phrase.cue)
         self.alternative = False
         self.clause.pending.append(phrase)
+
+    def _remember_kind(self, phrase: RelationPhrase) -> None:
+        """Remember what kind of place "meet me at the bench" names: it is the goal itself."""
+        about = phrase.grounds[0]
+        contact = all(RELATIONS[r].relation_class == "contact" for r in phrase.relations)
+        named = {c.last for c in self.reader.chunks if c.kind in ("place", "word")}
+        if contact and about.last in named and about.last > about.first:
+            self.own_kind = self.lows[about.last - 1]
+
+    def _is_own(self, first: int, last: int) -> bool:
+        """Whether words are the kind of place that who speaks is at, as "the bench" later on."""
+        definite = {"the", "this", "that"} & set(self.lows[max(0, first - 2) : last - 1])
+        return bool(self.own_kind and definite) and self.lows[last - 1] == self.own_kind
 
     def _hedged(self, phrase: RelationPhrase) -> bool:
         """Whether "maybe", "could be" and the like stand before a phrase, in its part."""
@@ -194,6 +215,13 @@ class _Walk:
         return at + 1
 
     def _on_neg(self, at: int) -> int:
+        ends = self.reader.kind(at + 1) in ("stop", "end", "comma")
+        last = self.record.attached[-1] if self.record.attached else None
+        if ends and self.clause.open and last is not None and last.figures != self.clause.figures:
+            denied = replace(last.phrase, negated=not last.phrase.negated)  # "..., mine isn't"
+            self._give(denied, self.clause.figures, self.clause.span, 0.7)
+            self.clause.open = False
+            return at + 1
         if self.reader.kind(at + 1) != "only" and self.reader.value(at + 1) != "just":
             self.clause.negated = True
         return at + 1
@@ -258,6 +286,8 @@ class _Walk:
         return at + 1
 
     def _on_route_ing(self, at: int) -> int:
+        if self.clause.named and self.reader.kind(at + 1) == "dir":
+            return at + 2  # "moving east": a way, not a side of the place named last
         if not self.clause.named:
             self.clause.route = True
         return at + 1
@@ -276,12 +306,19 @@ class _Walk:
             return at + 1
         if self._listed(ground, at):
             return at + 1
+        before_it = (
+            self.reader.kind(before)
+            if self.reader.kind(before) != "skip"
+            else self.reader.kind(before - 1)
+        )
+        if self.alternative and before_it == "or" and self._replaces(ground, at):
+            return at + 1
         if self.reader.kind(before) in ("neg", "but") and self._instead(ground, before):
             return at + 1
         if self.reader.kind(before) == "be" and self._waits_for_place(ground):
             return at + 1
         self.clause.grounds = (*self.clause.grounds[-3:], ground) if joined else (ground,)
-        self.clause.seen = (ground,) if self._seen(at) else ()
+        self.clause.seen, self.clause.seen_at = ((ground,), at) if self._seen(at) else ((), at)
         after = self.reader.past(at + 1, "place", "none", "skip", "plural")
         if self.reader.kind(after) == "be" or self.reader.kind(after) == "neg":
             self.clause.subject = self.clause.grounds
@@ -327,18 +364,39 @@ class _Walk:
     def _on_place(self, at: int) -> int:
         """Read a kind of place that no cue precedes: "a school is west of it"."""
         seen = self._seen(at)
+        chunk = self.reader.chunks[at]
+        onward = self.reader.past(at + 1, "skip", "none")
+        if self._is_own(chunk.first, chunk.last) and self.reader.kind(onward) == "be":
+            self._subject((SPEAKER,), (chunk.first, chunk.last), joins=False)
+            return at + 1
         got = self.reader.read(at)
         if got is None or got[1] <= at:
             return at + 1
         ground, after = got
         onward = self.reader.past(after, "skip", "none")
-        leads = seen or self.reader.kind(onward) in ("be", "neg")
+        leads = seen or self.reader.kind(onward) in ("be", "neg") or self._introduced(at, after)
         if leads and not self.clause.pending:
             self.clause.subject, self.clause.topic = (ground,), ground
             self.clause.open = self.clause.negated = False
         elif "be" in (self.reader.kind(at - 1), self.reader.kind(at - 2)) and self.clause.pending:
             self._waits_for_place(ground)
         return after
+
+    def _introduced(self, at: int, after: int) -> bool:
+        """Whether a new place opens a sentence of its own: "a bank on this block is to the east"."""
+        lead = at - 1
+        while self.reader.kind(lead) in ("word", "skip", "figure") and lead > at - 4:
+            lead -= 1
+        if self.clause.named or self.clause.pending or self.reader.value(lead) not in _NEW:
+            return False
+        if self.reader.kind(lead - 1) not in ("stop", "end", "and", "comma", "too"):
+            return False
+        for k in range(after, after + 14):
+            if self.reader.kind(k) in ("stop", "end"):
+                return False
+            if self.reader.kind(k) == "be":
+                return True
+        return False
 
     def _seen(self, at: int) -> bool:
         """Whether "there is", "you'll see" or "it has" stands before a place."""
@@ -385,6 +443,8 @@ class _Walk:
         if about.kind == "robot":
             mine = any(w in ("me", "us", "my", "our", "here") for w in words)
             return replace(about, kind="figure", ids=(SPEAKER,)) if mine else None
+        if words and self._is_own(about.first, about.last):
+            return replace(about, kind="figure", ids=(SPEAKER,))
         if (words and words[-1] in ("it", "him", "her", "them")) or phrase.own:
             ids = self.figures.last()
             return replace(about, kind="figure", ids=ids) if ids else None
@@ -392,6 +452,8 @@ class _Walk:
 
     def _on_pronoun(self, at: int) -> int:
         word = str(self.reader.value(at))
+        if word == "that's" and self.reader.kind(at + 1) == "where":
+            return at + 1
         if word == "there" and self.reader.kind(at + 1) != "be" and self.clause.named:
             self._there(at)
         if word in ("its", "there") or self.reader.kind(at + 1) == "stop":
@@ -415,8 +477,11 @@ class _Walk:
                 return
             chunk = self.reader.chunks[at]
             cue = chunk.first, chunk.last
+            crossing = self.crossing if place in self.crossing else ()
             self._give(
-                RelationPhrase(("at",), (place,), cue, chunk.last, negated=negated),
+                RelationPhrase(
+                    ("at",), crossing or (place,), cue, chunk.last, bool(crossing), negated=negated
+                ),
                 clause.figures,
                 clause.span,
                 0.7,
@@ -491,6 +556,7 @@ class _Walk:
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
+            self.clause.moving = self.clause.moving or word in lexicon().words_of("motion_verbs")
         elif not self.figures.open_ended:
             return self._on_unknown(at)
         return at + 1
@@ -502,10 +568,15 @@ class _Walk:
             end += 1
         led = self.reader.kind(at - 1) in ("det", "possessive", "skip")
         onward = self.reader.past(end, "skip", "none")
-        predicated = led and self.reader.kind(onward) == "be"
+        predicated = led and (self.reader.kind(onward) == "be" or self._introduced(at, end))
         if not (predicated or (led and self._seen(at))) or self.clause.pending:
             return at + 1
+        while end > at + 1 and self.reader.kind(end - 1) == "skip":
+            end -= 1
         first, last = self.reader.chunks[at].first, self.reader.chunks[end - 1].last
+        if self._is_own(first, last):
+            self._subject((SPEAKER,), (first, last), joins=False)
+            return end
         self.clause.subject = (Ground("unknown", first, last),)
         self.clause.open = self.clause.negated = False
         return end
@@ -530,15 +601,20 @@ class _Walk:
     def _phrase(self, phrase: RelationPhrase, after: int, at: int) -> None:
         """Decide whose relation a phrase is."""
         clause = self.clause
+        if phrase.joint:
+            self.crossing = phrase.grounds
         if not phrase.relations:
             return
         if clause.negated:
             phrase = replace(phrase, negated=not phrase.negated)
             if self.reader.kind(after) != "or" and self.reader.value(after) != "nor":
                 clause.negated = False
-        places = clause.subject or clause.seen
+        near = clause.seen and at - clause.seen_at < 4
+        places = clause.subject or (clause.seen if near else ())
         about = self._spoken_of(phrase) if places and not phrase.grounds else None
-        if about is not None:  # "Rumor is to the north", "you'll see Rumor to the north"
+        if (
+            about is not None and not clause.route
+        ):  # "Rumor is to the north", "you'll see Rumor to the north"
             self.record.converse(replace(phrase, grounds=(about,)), places)
             return
         if not phrase.grounds:
@@ -551,6 +627,10 @@ class _Walk:
         if clause.aside or clause.route:
             clause.aside_used = clause.aside
             self.record.set_aside(phrase, "route" if clause.route else "other")
+            return
+        onto = self.lows[phrase.cue[0]] in ("onto", "through", "via")
+        if clause.moving and (onto or set(phrase.relations) <= _PASSED):
+            self.record.set_aside(phrase, "route")
             return
         about = phrase.grounds[0]
         clause.grounds = ()
@@ -593,9 +673,13 @@ class _Walk:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, relations = self.clause, phrase.relations
         given = [a for a in self.record.recent() if a.figures == clause.figures]
+        if clause.figures == (SPEAKER,) and not (clause.named or given):
+            return None  # "... is to the north": of who speaks, and what is there was not read
         last_ground = self.reader.last_ground()
         record = RELATIONS[relations[0]]
         sided = record.converse is not None or record.part or len(relations) > 1
+        while self.reader.value(after) in lexicon().words_of("adverbs"):
+            after += 1
         ends = self.reader.kind(after) in ("stop", "end", "comma", "and", "but", "sub", "which")
         if given and phrase.part and given[-1].phrase.joint and given[-1].phrase.corner:
             return replace(phrase, grounds=given[-1].phrase.grounds, joint=True)

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, replace
 from sloop_ppl.language._assertion import Assertion
 from sloop_ppl.language.coreference import Figures
 from sloop_ppl.language.grounds import Ground, GroundReader
+from sloop_ppl.language.kinds import is_kind_noun
+from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.relations import RELATIONS
-from sloop_ppl.language.values import HEARER, SPEAKER, Status
+from sloop_ppl.language.values import HEARER, NOT_ON_MAP, SPEAKER, Candidate, Status
 
 _HEARERS = frozenset(("you", "your", "yourself", "you're"))
 
@@ -191,11 +193,28 @@ class AttachmentRecord:
             if words & {"me", "us", "my", "our", "here"} and SPEAKER not in ids:
                 return replace(ground, kind="figure", ids=(SPEAKER,))
             return replace(ground, kind="landmark", ids=(HEARER,)) if words & _HEARERS else ground
+        if ground.kind == "unknown" and ids == (SPEAKER,) and self._names(ground):
+            # Who says where he is speaks of a place, though the map does not hold it.
+            return replace(
+                ground,
+                kind="landmark",
+                ids=(NOT_ON_MAP,),
+                candidates=(Candidate(None, 1.0),),
+                mention=ground.first,
+            )
         if ground.kind != "figure":
             return ground
         found = tuple(i for i in self.figures.known(ground.ids) if i not in ids)
         self.figures.referred_to(found)
         return replace(ground, kind="figure" if found else "unknown", ids=found)
+
+    def _names(self, ground: Ground) -> bool:
+        """Whether words are a name or a kind of place, rather than a time or a part of a place."""
+        words = self.reader.words[ground.first : ground.last]
+        if not words or not words[-1].low.isalpha():
+            return False
+        named = all(w.text[:1].isupper() for w in words if w.kind == "word")
+        return is_kind_noun(words[-1].low) or (named and words[-1].low not in lexicon().closed)
 
     def _respectively(self) -> None:
         """Deal places out to objects in order where a sentence says "respectively"."""

@@ -32,7 +32,7 @@ _ANYTHING = ("building", "street")
 _AT_LARGE = {"a", "an", "any"}
 _INTO = ("of", "to", "houses", "from")
 _ONE = ("one", "ones")
-_ENDS_OF_NAMES = ("ern", "ernmost", "most", "erly")
+_SELECTING = ("ern", "most")
 _MOST_OF_KIND = 60
 """Places of a kind beyond which it tells nothing: one of hundreds of buildings is anywhere."""
 
@@ -46,8 +46,9 @@ _BY_CHANCE = 0.1
 _KNOWN_TO_BOTH = 0.3
 """Share of the place that contains one not on the map: "the bench in the park" is at the park."""
 
-_OPEN_KINDS = frozenset(("parking lot", "alley", "street", "park", "square", "water", "service road",
-                         "playground", "service"))  # fmt: skip
+_OPEN_KINDS = frozenset(
+    ("parking lot", "alley", "street", "park", "square", "water", "service road", "playground")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +182,8 @@ class GroundReader:
             return self._place(start, at, definite, pointing)
         if pointing and kind in ("end", "comma", "stop", "and"):
             back = self.last_ground()
-            return (back, at) if back is not None else None
+            span = self.chunks[start].first, self.chunks[at - 1].last
+            return (self._again(back, *span), at) if back is not None else None
         if kind == "word" and self.value(at) in lexicon().words_of("adverbs"):
             return None  # "is inside already"
         if kind == "word":
@@ -312,7 +314,8 @@ class GroundReader:
             candidates=candidates_of(shares),
             mention=ground.first,
         )
-        ground, after = self._narrowed(ground, after, restricts=not clear)
+        tied = len(shares) > 1 and shares[1][1] >= shares[0][1]
+        ground, after = self._narrowed(ground, after, restricts=tied)
         if shares:
             self.grounds.append(ground)
         return ground, after
@@ -344,7 +347,7 @@ class GroundReader:
         if self.kind(at) not in ("dir", "word") or self.kind(at + 1) not in ("landmark", "place"):
             return ""
         low = self.norms[self.chunks[at].last - 1]
-        if not low.endswith(_ENDS_OF_NAMES) or self.chunks[at].last - self.chunks[at].first > 1:
+        if not low.endswith(_SELECTING) or self.chunks[at].last - self.chunks[at].first > 1:
             return ""
         if self.kind(at) == "dir":
             return str(self.chunks[at].value[-1])

@@ -17,7 +17,7 @@ __all__ = ["Lexicon", "PlaceKind", "camel_words", "lexicon"]
 _ROLES = (
     "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
     "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
-    "traces", "object_particles", "existential", "staying",
+    "traces", "object_particles", "existential", "staying", "motion_verbs",
 )  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",

@@ -171,7 +171,7 @@ def _judge(
     """Return the fit when enough of the name was said, in a role that names have, else None."""
     first, last = chosen[0][0], chosen[-1][1]
     coverage = matched / name.total
-    telling = [
+    distinctive = [
         spot
         for spot in chosen
         if any(
@@ -183,57 +183,57 @@ def _judge(
     if measured and (coverage < 1.0 or len(name.tokens) < 3):
         return None  # "24 Hour Fitness" is no measure
     whole = sum(h.last - h.first for _, _, h in chosen) == len(name.tokens)
-    if not telling:
+    if not distinctive:
         kind = len(name.tokens) == 1 and (
             _is_kind_word(name.tokens[0]) or words[first].low in lexicon().stop
         )
         if not whole or kind or (len(name.tokens) == 1 and not _stands(words, first, name, roles)):
             return None
-    elif len(telling) > 1:
-        if not _told_by_several(words, name, telling, coverage, roles):
+    elif len(distinctive) > 1:
+        if not _words_suffice(words, name, distinctive, coverage, roles):
             return None
-    elif not _told_by_one(words, name, chosen, telling[0], coverage, roles):
+    elif not _one_word_suffices(words, name, chosen, distinctive[0], coverage, roles):
         return None
     if _compass_conflict(words, name, chosen):
         return None
-    kernel = tuple(i for spot in telling or chosen for i in range(spot[0], spot[1]))
+    kernel = tuple(i for spot in distinctive or chosen for i in range(spot[0], spot[1]))
     matched -= sum(  # what everyone says tells nothing: "of Ateneum" is no "Facade of Ateneum"
         name.weights[p]
         for _, _, h in chosen
         for p in range(h.first, h.last)
-        if name.tokens[p] in lexicon().stop and len(telling) == 1
+        if name.tokens[p] in lexicon().stop and len(distinctive) == 1
     )
     return _Fit(first, last, name.landmark, matched, coverage, kernel)
 
 
-def _told_by_several(
+def _words_suffice(
     words: Sequence[Word],
     name: Name,
-    telling: list[tuple[int, int, Hit]],
+    distinctive: list[tuple[int, int, Hit]],
     coverage: float,
     roles: Roles,
 ) -> bool:
     """Whether two or more words of a name tell enough of it."""
-    if coverage < 1.0 and all(words[spot[0]].low in lexicon().closed for spot in telling):
+    if coverage < 1.0 and all(words[spot[0]].low in lexicon().closed for spot in distinctive):
         return False
-    exact = [spot for spot in telling if spot[2].similarity == 1.0]
+    exact = [spot for spot in distinctive if spot[2].similarity == 1.0]
     rare = [spot for spot in exact if not is_common(words[spot[0]].low)]
     if coverage < _ACCEPT:
-        headed = telling[-1][2].last == len(name.tokens) and coverage >= _ACCEPT_HEADED
-        begun = telling[0][2].first == 0 and coverage >= _ACCEPT_HEADED
-        if begun and len(exact) == len(telling) and all(roles.capital[s[0]] for s in exact):
+        headed = distinctive[-1][2].last == len(name.tokens) and coverage >= _ACCEPT_HEADED
+        begun = distinctive[0][2].first == 0 and coverage >= _ACCEPT_HEADED
+        if begun and len(exact) == len(distinctive) and all(roles.capital[s[0]] for s in exact):
             return True  # "Legal Aid" for "Legal Aid Society of Cleveland"
         return bool(exact) and coverage >= _ACCEPT_RARE and (headed or bool(rare))
     if rare or coverage >= _ALONE:
         return bool(exact) or coverage >= _ALONE
-    return bool(exact) and (len(exact) > 1 or roles.named(telling[0][0]))
+    return bool(exact) and (len(exact) > 1 or roles.named(distinctive[0][0]))
 
 
-def _told_by_one(
+def _one_word_suffices(
     words: Sequence[Word],
     name: Name,
     chosen: list[tuple[int, int, Hit]],
-    telling: tuple[int, int, Hit],
+    distinctive: tuple[int, int, Hit],
     coverage: float,
     roles: Roles,
 ) -> bool:
@@ -242,7 +242,7 @@ def _told_by_one(
     An ordinary word does so only where the writer marks it as a name or puts it where a place
     belongs; a word that is spelt otherwise only there, and never when it is a word of its own.
     """
-    at, end, hit = telling
+    at, end, hit = distinctive
     word, token = words[at], name.tokens[hit.first]
     led = chosen[0][0]
     named = roles.capital[at] or roles.named(led)
@@ -284,7 +284,7 @@ def _told_by_one(
 def _stands(words: Sequence[Word], at: int, name: Name, roles: Roles) -> bool:
     """Whether a word may be the whole of a name where it stands."""
     word = words[at]
-    said = [w for w in name.said if w not in lexicon().stop]
+    spelt = [w for w in name.spelt if w not in lexicon().stop]
     if all(w.kind == "mark" or w.low == "the" for w in (*words[:at], *words[at + 1 :])):
         return True  # nothing else was said: an answer
     if word.kind == "number" and word.low.isdigit():
@@ -292,7 +292,7 @@ def _stands(words: Sequence[Word], at: int, name: Name, roles: Roles) -> bool:
     if not is_common(word.low) and not (word.low in PERSONS or word.low in lexicon().closed):
         return True
     plain = word.low.removesuffix("'s")
-    if plain not in [w.replace("'s", "") for w in said]:
+    if plain not in [w.replace("'s", "") for w in spelt]:
         return False
     if roles.capital[at]:
         return True

@@ -37,7 +37,7 @@ class Name:
         Whether each word alone can give the landmark away.
     total
         Sum of the weights.
-    said
+    spelt
         The words as they are written, folded.
     """
 
@@ -46,7 +46,7 @@ class Name:
     weights: tuple[float, ...]
     informative: tuple[bool, ...]
     total: float
-    said: tuple[str, ...] = ()
+    spelt: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +92,8 @@ class NameIndex:
         named_tokens = _named_tokens(city)
         count = Counter(t for _, t in {(i, t) for i, tokens in named_tokens for t in tokens})
         self.names = [
-            _name(i, tokens, count, said)
-            for (i, tokens), said in zip(named_tokens, named_tokens.values(), strict=True)
+            _name(i, tokens, count, spelt)
+            for (i, tokens), spelt in zip(named_tokens, named_tokens.values(), strict=True)
         ]
         self.spelt = [" ".join(name.tokens) for name in self.names]
         self.vocabulary: dict[str, list[Hit]] = {}
@@ -203,16 +203,16 @@ def _named_tokens(city: CityMap) -> dict[tuple[int, tuple[str, ...]], tuple[str,
         own = []
         for name in (landmark.name, *landmark.aliases):
             if name and not (name != landmark.name and _is_address(name, landmark)):
-                tokens, said = _tokens(name)
-                named.setdefault((i, tokens), said)
+                tokens, spelt = _tokens(name)
+                named.setdefault((i, tokens), spelt)
                 own.append("".join(tokens))
         symbol = landmark.id.rsplit("/", 1)[-1]
         if landmark.name and symbol.isalpha():
-            spelt, said = _tokens(" ".join(camel_words(symbol)))
-            part = set(spelt) < set(_tokens(landmark.name)[0])
-            if "".join(spelt) not in own and not part:
-                named.setdefault((i, spelt), said)
-    return {key: said for key, said in named.items() if key[1]}
+            tokens, spelt = _tokens(" ".join(camel_words(symbol)))
+            part = set(tokens) < set(_tokens(landmark.name)[0])
+            if "".join(tokens) not in own and not part:
+                named.setdefault((i, tokens), spelt)
+    return {key: spelt for key, spelt in named.items() if key[1]}
 
 
 def _is_address(name: str, landmark: Landmark) -> bool:
@@ -235,7 +235,7 @@ def _tokens(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _name(
-    landmark: int, tokens: tuple[str, ...], count: Counter[str], said: tuple[str, ...]
+    landmark: int, tokens: tuple[str, ...], count: Counter[str], spelt: tuple[str, ...]
 ) -> Name:
     words = lexicon()
     weights, informative = [], []
@@ -250,4 +250,4 @@ def _name(
             weights.append(0.2 if token in STREET_TYPES else 0.25)
         else:
             weights.append(max(0.8, 1.1 - 0.1 * count[token]))
-    return Name(landmark, tokens, tuple(weights), tuple(informative), sum(weights), said)
+    return Name(landmark, tokens, tuple(weights), tuple(informative), sum(weights), spelt)

@@ -15,7 +15,7 @@ __all__ = ["KindFit", "PlaceIndex", "kind_name", "place_index"]
 _REMEMBERED = 2048
 _CARRIERS = frozenset(("building", "shop", "store", "place", "office", "branch"))
 _LESS_LIKE = 0.25
-"""Weight of a landmark that a kind fits in part: the tower of that name where a bank is said."""
+"""Weight of a landmark that a kind fits in part: the tower of that name where a bank is meant."""
 
 
 @dataclass(frozen=True)
@@ -100,16 +100,16 @@ class PlaceIndex:
         return found
 
     def _fit(self, phrase: str) -> KindFit:
-        said = tuple(phrase.split())
-        name = kind_name(said) or (kind_name(said[:-1]) if said[-1] in _CARRIERS else "")
+        words = tuple(phrase.split())
+        name = kind_name(words) or (kind_name(words[:-1]) if words[-1] in _CARRIERS else "")
         scores = self._scored(name) if name else {}
-        best = self._best(scores, said)
+        best = self._best(scores, words)
         weights = dict.fromkeys(best, 1.0)
         tagged = [self._ids[i] for i in landmarks_of_kind(phrase, self.city, by_name=True)]
         weights |= dict.fromkeys(tagged, 1.0)
-        for i in (*self._liked(scores), *self._named(said)):
+        for i in (*self._liked(scores), *self._named(words)):
             weights.setdefault(i, _LESS_LIKE)
-        for i in self._named(said, head=True):
+        for i in self._named(words, head=True):
             weights[i] = 1.0
         if not best and len(weights) == 1:
             best = tuple(weights)
@@ -122,10 +122,11 @@ class PlaceIndex:
         found = []
         for hit in hits:
             name = self.index.names[hit.name]
-            ends = hit.last == len(name.tokens)
+            ends = hit.last == len(name.tokens) > len(tokens)
+            if not (ends if head else len(name.tokens) > len(tokens)):
+                continue
             if name.tokens[max(0, hit.last - len(tokens)) : hit.last] == tokens:
-                if (ends or not head) and len(name.tokens) > len(tokens):
-                    found.append(self._ids[name.landmark])
+                found.append(self._ids[name.landmark])
         return tuple(dict.fromkeys(found))
 
     def _scored(self, name: str) -> dict[str, float]:

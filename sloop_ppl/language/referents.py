@@ -20,7 +20,7 @@ enough that a place far from all of them is not ruled out (a factor 0.15 costs 1
 """
 
 _SHARPNESS = 4.0
-"""Exponent of coverage: a name said to the half is one sixteenth as probable as one said in full."""
+"""Exponent of coverage: of a name half of which is said, the weight is a sixteenth."""
 
 _NONE_OF_PART = 0.3
 """Share of "none on this map" per share of the best name that was left unsaid."""

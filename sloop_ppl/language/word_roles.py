@@ -54,8 +54,10 @@ BARE = frozenset((
 _TITLE_SHARE = 0.3
 _LINKERS = frozenset(("from", "between", "at", "off", "via", "where"))
 _VAGUE_ENDS = frozenset(("of", "to", "with", "than"))
-_TO_PLACES = frozenset(("next", "close", "closer", "closest", "adjacent", "near", "nearer", "nearest",
-                        "opposite", "parallel", "nr", "beside"))  # fmt: skip
+_TO_PLACES = frozenset((
+    "next", "close", "closer", "closest", "adjacent", "near", "nearer", "nearest", "opposite",
+    "parallel", "nr", "beside",
+))  # fmt: skip
 _JUNCTIONS = frozenset(("between", "corner", "corners", "intersection", "junction", "crossing"))
 _JOINING = frozenset(("and", "&", "/", "+", "or", "nor"))
 _REACH = 8

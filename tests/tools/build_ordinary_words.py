@@ -1,7 +1,7 @@
 """Rebuild sloop_ppl/data/ordinary_words.txt.gz from the word lists of Debian's package scowl.
 
-Run ``apt-get install scowl`` first, then ``python tests/tools/build_ordinary_words.py``. The levels 10
-and 20 (common words) come first, after an empty line those of level 35; without words that have
+Run ``apt-get install scowl`` first, then ``python tests/tools/build_ordinary_words.py``. The levels
+10 and 20 (common words) come first, after an empty line those of level 35; without words that have
 capitals, apostrophes or accents.
 """
 

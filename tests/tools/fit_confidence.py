@@ -87,6 +87,8 @@ def main():
     parser.add_argument("--annotations")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
+    none = 0.0, (0.0,) * len(_confidence.FEATURES)  # the kept weights may be of other features
+    _confidence._weights = lambda: none
     x, y, lines, sets = read(given.files, given.maps, given.annotations)
     for more in given.more:
         path, maps, gold = more.split("@")
