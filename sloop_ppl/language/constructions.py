@@ -37,6 +37,7 @@ _STRAY = frozenset(
      "above", "inside", "outside", "beyond", "around", "adjacent", "against", "towards")
 )  # fmt: skip
 _ORDINALS = ("st", "nd", "rd", "th")
+_LEADING = ("cue", "dir", "distance", "to", "skip")
 _DIALS = frozenset(("clock", "dial", "clockface", "watch"))
 _TURNED = frozenset(("pointing", "looking", "turned", "faces", "pointed"))
 _NEVER_ALONE = frozenset(("near", "front", "next", "beside", "opposite"))
@@ -298,6 +299,14 @@ def _past_back(chunks: Items, at: int) -> int:
     return at
 
 
+def _is_parking(chunks: Items, words: Sequence[Word]) -> None:
+    """Read "is parking behind" as "is behind": what one does is no place."""
+    for i, chunk in enumerate(chunks):
+        parks = chunk.kind == "place" and _said(chunks, words, i) == "parking"
+        if parks and _kind(chunks, i - 1) == "be" and _kind(chunks, i + 1) in _LEADING:
+            _as(chunks, i, "skip")
+
+
 def _facing_away(chunks: Items, words: Sequence[Word]) -> None:
     """Pass over "facing away from the bank", which says how something is turned."""
     for i, chunk in enumerate(chunks):
@@ -346,8 +355,8 @@ def _no_dial(chunks: Items, words: Sequence[Word]) -> None:
 
 
 _RULES: tuple[Callable[[Items, Sequence[Word]], None], ...] = (
-    _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is, _facing_away,
-    _ways, _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
+    _is_parking, _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is,
+    _facing_away, _ways, _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
 )  # fmt: skip
 
 

@@ -83,6 +83,7 @@ _ALONG = frozenset(
     ("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back")
 )
 _ONWARD = frozenset(("from", "past", "after", "before", "beyond"))
+_BUILT = (["flats"], ["apartments"], ["houses"], ["shops"], ["offices"], ["buildings"], ["stores"])
 _NSEW = frozenset("nsew")
 _ENDS = frozenset(("left", "right", "end", "top", "bottom", "back", "front", "middle", "outside"))
 _IDIOMS: Mapping[tuple[str, ...], Distance] = {
@@ -349,6 +350,8 @@ def _unit(
         return _walked(norms, at + 1)
     if norm in lexicon().units_m:
         last = at + 1
+        if norms[last : last + 1] == ["of"] and norms[last + 1 : last + 2] in _BUILT:
+            return None
         dotted = norm in _DOTTED and norms[last : last + 1] == ["."] and last + 1 < len(norms)
         if dotted and not words[last + 1].text[:1].isupper():
             last += 1
