@@ -6,6 +6,7 @@ Statuses are told by word, before phrases are attached: a phrase has the status 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from sloop_ppl.language.items import Chunk
@@ -56,7 +57,8 @@ def assertions(words: Sequence[Word], chunks: Sequence[Chunk]) -> list[Assertion
 
 def correction_at(lows: Sequence[str], at: int) -> int:
     """Return where a self-correction that begins at a word ends, `at` itself when none does."""
-    longest = max((len(c) for c in _forms("corrections") if _is(lows, at, c)), default=0)
+    begun = _by_first(_forms("corrections")).get(lows[at], ())
+    longest = max((len(c) for c in begun if _is(lows, at, c)), default=0)
     if not longest:
         return at
     end = at + longest
@@ -69,12 +71,23 @@ def _is(lows: Sequence[str], at: int, form: Sequence[str]) -> bool:
     return tuple(lows[at : at + len(form)]) == tuple(form)
 
 
-def _any(lows: Sequence[str], first: int, last: int, forms: Sequence[Sequence[str]]) -> int:
+def _any(lows: Sequence[str], first: int, last: int, forms: Sequence[tuple[str, ...]]) -> int:
     """Return where the first of the forms stands in a range, -1 when none does."""
-    for at in range(first, last):
-        if any(_is(lows, at, form) and at + len(form) <= last for form in forms):
-            return at
+    begins = _by_first(tuple(forms))
+    for at in range(first, min(last, len(lows))):
+        for form in begins.get(lows[at], ()):
+            if _is(lows, at, form) and at + len(form) <= last:
+                return at
     return -1
+
+
+@lru_cache(maxsize=64)
+def _by_first(forms: tuple[tuple[str, ...], ...]) -> dict[str, list[tuple[str, ...]]]:
+    """Return forms by their first word: most words of a text begin none."""
+    found: dict[str, list[tuple[str, ...]]] = {}
+    for form in forms:
+        found.setdefault(form[0], []).append(form)
+    return found
 
 
 def _asked(
@@ -142,7 +155,7 @@ def _denied(
     found: list[tuple[int, int]] = []
     for k in range(first, last):
         window = lows[k + 1 : min(k + 6, last)]
-        if any(_is(lows, k, form) for form in _forms("nobody")) and any(
+        if _any(lows, k, min(k + 3, last), _forms("nobody")) == k and any(
             w in _words("seeing") for w in window
         ):
             found.append((k, _clause_end(words, lows, k, last)))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from sloop_ppl.language.figures import FigureMention, inferred_target
 from sloop_ppl.language.lexicon import Lexicon, lexicon
@@ -257,6 +258,21 @@ class _Phrase:
     definite: bool
 
 
+@lru_cache(maxsize=4)
+def _closed_words(known: Lexicon) -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
+    """Return the words that end a noun phrase, those that head none, and those of places."""
+    function = (
+        frozenset(known.classes)
+        | frozenset(known.directions)
+        | frozenset(known.units_m)
+        | known.intensifiers
+        | frozenset(w for w in known.longest_cues if w not in ("front", "back"))
+    )
+    roles = ("ordinary_verbs", "adverbs", "times", "abstract", "speaker", "locating_verbs")
+    no_head = frozenset(w for role in roles for w in known.words_of(role))
+    return function, no_head, frozenset(w for phrase in known.place_phrases for w in phrase)
+
+
 class _ObjectFinder:
     """Cuts noun phrases out of the words that nothing else has taken."""
 
@@ -265,24 +281,8 @@ class _ObjectFinder:
         self.norms = norms
         self.taken = taken
         self.known = lexicon()
-        known = self.known
-        self._function = (
-            frozenset(known.classes)
-            | frozenset(known.directions)
-            | frozenset(known.units_m)
-            | known.intensifiers
-            | frozenset(w for w in known.longest_cues if w not in ("front", "back"))
-        )
-        self._no_head = (
-            known.words_of("ordinary_verbs")
-            | known.words_of("adverbs")
-            | known.words_of("times")
-            | known.words_of("abstract")
-            | known.words_of("speaker")
-            | known.words_of("locating_verbs")
-        )
+        self._function, self._no_head, self._place_words = _closed_words(self.known)
         self.ends: frozenset[str] = frozenset()  # last words of subjects
-        self._place_words = {w for phrase in known.place_phrases for w in phrase}
 
     def phrases(self, known_last: dict[int, int]) -> list[_Phrase]:
         """Return the noun phrases in order, with their roles."""

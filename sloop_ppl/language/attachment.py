@@ -21,6 +21,7 @@ __all__ = ["attach"]
 _WHENS = ("if", "when", "once", "until", "after", "before", "as", "unless", "while")
 _HEDGES = frozenset(("maybe", "perhaps", "possibly", "might", "could", "may"))
 _PASSED = {"up", "down", "along", "beyond", "towards", "around", "across"}
+_RECENT = 8  # places that a pronoun may pass over
 _NEW = ("a", "an", "another", "one", "some")
 _PARTS = frozenset((",", ".", ";", "or", "and", "but"))
 _RECALLS = frozenset(("guess", "remember", "recall", "right", "mistaken"))
@@ -696,7 +697,8 @@ class _Walk:
         words = self.lows[about.first : about.last]
         if about.kind != "landmark" or not words or words[-1] not in ("it", "that", "him", "her"):
             return phrase
-        place = max((g.last for g in self.reader.grounds if g.last <= phrase.cue[0]), default=0)
+        recent = self.reader.grounds[-_RECENT:]
+        place = max((g.last for g in recent if g.last <= phrase.cue[0]), default=0)
         since = [
             i
             for i, at in self.named_at.items()

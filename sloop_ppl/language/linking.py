@@ -21,6 +21,7 @@ _GAP_COST = 0.2
 _ACCEPT = 0.5
 _ACCEPT_RARE = 0.2
 _ACCEPT_HEADED = 0.3
+_ANSWER = 8  # words and marks of an answer at most
 _ALONE = 0.8
 _TIE = 0.02
 _SAME_WORDS = 0.03
@@ -285,7 +286,8 @@ def _stands(words: Sequence[Word], at: int, name: Name, roles: Roles) -> bool:
     """Whether a word may be the whole of a name where it stands."""
     word = words[at]
     spelt = [w for w in name.spelt if w not in lexicon().stop]
-    if all(w.kind == "mark" or w.low == "the" for w in (*words[:at], *words[at + 1 :])):
+    others = (w for k, w in enumerate(words) if k != at)
+    if len(words) < _ANSWER and all(w.kind == "mark" or w.low == "the" for w in others):
         return True  # nothing else was said: an answer
     if word.kind == "number" and word.low.isdigit():
         return roles.numbered[at] or roles.placed[at]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -245,10 +246,8 @@ def to_description(state: TextReading) -> Description:
             found.setdefault(key, (relation, one))
     unresolved = _unresolved(state, aside)
     read = list(found.values())
-    state.features = [
-        phrase_features(relation, _context(state, one, len(read), len(unresolved)))
-        for relation, one in read
-    ]
+    around = _Surroundings(state, len(unresolved), len(read))
+    state.features = [phrase_features(relation, around.of(one)) for relation, one in read]
     readings = readings_of([r for r, _ in read], [confidence(f) for f in state.features])
     return Description(
         text=state.text,
@@ -260,37 +259,38 @@ def to_description(state: TextReading) -> Description:
     )
 
 
-def _context(state: TextReading, one: Attached, relations: int, aside: int) -> PhraseContext:
-    """Return what surrounds a phrase, as far as it tells how probably it was misread."""
-    cue = one.phrase.cue[0]
-    stops = [c.first for c in state.chunks if c.kind == "stop"]
-    first = max((s for s in stops if s <= cue), default=0)
-    last = min((s for s in stops if s > cue), default=len(state.words))
-    known = lexicon().words_of("adverbs") | lexicon().words_of("ordinary_verbs")
-    unread = sum(
-        c.kind == "word" and c.value not in known for c in state.chunks if first <= c.first < last
-    )
-    grounds = one.phrase.grounds
-    words = [state.words[g.last - 1].low for g in grounds]
-    inferred = {t.id for t in state.inferred}
-    return PhraseContext(
-        attachment=one.confidence,
-        ground=min(g.confidence for g in grounds),
-        named=_are_named(state, grounds),
-        pointed=any(w in lexicon().words_of("pronouns") for w in words),
-        target=any(g.kind == "figure" for g in grounds),
-        inferred=any(f in inferred for f in one.figures),
-        relations=relations,
-        aside=aside,
-        unread=unread / max(1, last - first),
-        sentence=last - first,
-    )
+class _Surroundings:
+    """What surrounds the phrases of a text, as far as it tells how probably they were misread."""
 
+    def __init__(self, state: TextReading, aside: int, relations: int) -> None:
+        self.state = state
+        self.aside, self.relations = aside, relations
+        self.stops = [0, *(c.first for c in state.chunks if c.kind == "stop"), len(state.words)]
+        known = lexicon().words_of("adverbs") | lexicon().words_of("ordinary_verbs")
+        unread = [c.first for c in state.chunks if c.kind == "word" and c.value not in known]
+        self.unread = unread  # words that nothing was made of, in order
+        self.named = {w for m in state.landmarks for w in range(m.first, m.last)}
+        self.inferred = {t.id for t in state.inferred}
 
-def _are_named(state: TextReading, grounds: Sequence[Ground]) -> bool:
-    """Whether each ground is said by name."""
-    named = {w for m in state.landmarks for w in range(m.first, m.last)}
-    return all(any(w in named for w in range(g.first, g.last)) for g in grounds)
+    def of(self, one: Attached) -> PhraseContext:
+        """Return what surrounds one phrase."""
+        end = bisect_right(self.stops, one.phrase.cue[0])
+        first, last = self.stops[end - 1], self.stops[min(end, len(self.stops) - 1)]
+        unread = bisect_left(self.unread, last) - bisect_left(self.unread, first)
+        grounds = one.phrase.grounds
+        words = [self.state.words[g.last - 1].low for g in grounds]
+        return PhraseContext(
+            attachment=one.confidence,
+            ground=min(g.confidence for g in grounds),
+            named=all(any(w in self.named for w in range(g.first, g.last)) for g in grounds),
+            pointed=any(w in lexicon().words_of("pronouns") for w in words),
+            target=any(g.kind == "figure" for g in grounds),
+            inferred=any(f in self.inferred for f in one.figures),
+            relations=self.relations,
+            aside=self.aside,
+            unread=unread / max(1, last - first),
+            sentence=last - first,
+        )
 
 
 def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
