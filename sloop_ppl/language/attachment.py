@@ -36,6 +36,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    acted: bool = False  # something was done before any object was named
     moving: bool = False  # the figure moves: where it passes is not where it is
     seen: tuple[Ground, ...] = ()  # a landmark that someone sees
     seen_at: int = 0  # the item that names it
@@ -173,7 +174,10 @@ class _Walk:
     def end_sentence(self) -> None:
         """Settle what waits for a figure, and forget what holds within a sentence."""
         clause = self.clause
-        if clause.pending and not clause.route:
+        if clause.pending and clause.acted and clause.figures == (SPEAKER,):
+            for phrase in clause.pending:  # "afterwards we can catch a film at ..."
+                self.record.set_aside(phrase, "other")
+        elif clause.pending and not clause.route:
             for phrase in clause.pending:
                 self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         self.record.end_sentence()
@@ -589,6 +593,7 @@ class _Walk:
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
             self.clause.moving = self.clause.moving or word in lexicon().words_of("motion_verbs")
+            self.clause.acted = self.clause.acted or not self.clause.named
         elif not self.figures.open_ended:
             return self._on_unknown(at)
         return at + 1
