@@ -15,6 +15,7 @@ from sloop_ppl.maps.rasterise import touched_cells
 from sloop_ppl.maps.schema import map_schema
 from sloop_ppl.maps.street_axes import StreetAxis
 from sloop_ppl.maps.street_network import StreetEnd, StreetNetwork, Stretch, street_network
+from sloop_ppl.maps.street_places import across_street, blocks_of, same_block, street_side
 from sloop_ppl.maps.street_tables import (
     EdgeTables,
     StreetTables,
@@ -44,7 +45,9 @@ __all__ = [
     "StreetNetwork",
     "StreetTables",
     "Stretch",
+    "across_street",
     "block_table",
+    "blocks_of",
     "bundled_maps",
     "check_map_path",
     "edge_tables",
@@ -56,7 +59,9 @@ __all__ = [
     "map_schema",
     "quadrant_table",
     "read_map",
+    "same_block",
     "street_network",
+    "street_side",
     "street_tables",
     "summary",
     "to_geojson",

@@ -45,6 +45,8 @@ def spines(lines: BaseGeometry, beside_m: float) -> tuple[shapely.LineString, ..
     as the crow flies. The length of the way itself would choose the U-turn where the two
     carriageways of a road meet.
     """
+    if lines.geom_type == "LineString" and shapely.is_simple(lines):
+        return (_oriented(lines),) if lines.length >= 1e-6 else ()
     found: list[shapely.LineString] = []
     rest = lines
     while not rest.is_empty:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.maps.crossings import Crossing
 from sloop_ppl.maps.street_axes import StreetAxis
@@ -66,6 +67,8 @@ def find_blocks(
     if not bounding:
         return ()
     area = shapely.box(*extent_m)
+    # What lies on it was computed, and may miss it by rounding.
+    border = shapely.buffer(area.exterior, 0.01)
     lines = shapely.union_all([axes[i].lines for i in bounding])
     surface = shapely.union_all(
         [shapely.buffer(axes[i].lines, axes[i].width_m / 2) for i in bounding]
@@ -75,7 +78,7 @@ def find_blocks(
     noded = shapely.union_all([shapely.intersection(lines, area), area.exterior])
     pieces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
     shapely.prepare(surface)
-    kept = [p for p in pieces if not _is_island(p, surface, medians)]
+    kept = [p for p in pieces if not _is_island(p, surface, medians, border)]
     kept.sort(key=lambda p: (round(p.centroid.y, 3), round(p.centroid.x, 3)))
     near = [shapely.buffer(axes[i].lines, 0.01) for i in bounding]
     tree = shapely.STRtree(near)
@@ -88,7 +91,7 @@ def find_blocks(
             for i in tree.query(outline, predicate="intersects")
             if shapely.intersection(near[i], outline).length >= _LEAST_EDGE_M
         )
-        rim = shapely.intersection(shapely.buffer(area.exterior, 0.01), outline)
+        rim = shapely.intersection(border, outline)
         at = [
             k for k, point in corners
             if len(set(crossings[k].streets) & set(streets)) > 1
@@ -125,8 +128,14 @@ def corner_towards(
     return crossings[-max(found)[1]] if found else None
 
 
-def _is_island(polygon: shapely.Polygon, surface: object, medians: object) -> bool:
+def _is_island(
+    polygon: shapely.Polygon, surface: BaseGeometry, medians: BaseGeometry, rim: BaseGeometry
+) -> bool:
+    # What the border cuts may be a corner of a large block.
+    share = 0.25 if shapely.intersects(polygon, rim) else 1.0
     free = shapely.difference(polygon, surface)
-    if free.area < _LEAST_AREA_M2 or shapely.buffer(free, -_LEAST_WIDTH_M / 2).is_empty:
+    if free.area < share * _LEAST_AREA_M2:
+        return True
+    if shapely.buffer(free, -share * _LEAST_WIDTH_M / 2).is_empty:
         return True
     return bool(shapely.intersection(free, medians).area > 0.8 * free.area)

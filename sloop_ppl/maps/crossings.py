@@ -21,8 +21,6 @@ __all__ = ["Arm", "Crossing", "find_crossings"]
 _SAME_STREETS_M = 30.0
 # Points where other streets meet, this near, belong to it too.
 _SAME_PLACE_M = 10.0
-# Two arms of one street that leave in nearly the same direction are its two carriageways.
-_SAME_ARM_RAD = math.radians(25.0)
 # Two arms that turn by less are a street that changes its name, and no corner.
 _BEND_RAD = math.radians(35.0)
 
@@ -122,6 +120,8 @@ def find_crossings(
         West, south, east and north border of the map, metres.
     """
     known = [i for i, axis in enumerate(axes) if axis.named or axis.bounds_blocks]
+    if not known:
+        return ()
     lines = [axes[i].lines for i in known]
     places: list[tuple[NDArray[np.float64], set[int]]] = []
     one, other = shapely.STRtree(lines).query(lines, predicate="intersects")
@@ -163,19 +163,14 @@ def _crossing(
 
 
 def _bearings(axis: StreetAxis, middle: shapely.Point, radius: float) -> list[float]:
-    """Return where a street crosses a circle about a crossing, carriageways as one."""
+    """Return the bearings at which a street crosses a circle about a crossing."""
     ring = middle.buffer(radius, quad_segs=32).exterior
-    cut = _points(shapely.intersection(ring, axis.lines))
-    angles = sorted(math.atan2(y - middle.y, x - middle.x) for x, y in cut)
-    groups: list[list[float]] = []
-    for angle in angles:
-        if groups and angle - groups[-1][-1] < _SAME_ARM_RAD:
-            groups[-1].append(angle)
-        else:
-            groups.append([angle])
-    if len(groups) > 1 and groups[0][0] + 2 * math.pi - groups[-1][-1] < _SAME_ARM_RAD:
-        groups[0] = [angle - 2 * math.pi for angle in groups.pop()] + groups[0]
-    return [_turn(0.0, sum(group) / len(group)) for group in groups]
+    # The carriageway of a divided road is one, with what lies between.
+    arcs = shapely.get_parts(shapely.intersection(ring, axis.carriageway))
+    arcs = shapely.multilinestrings([arc for arc in arcs if arc.geom_type == "LineString"])
+    parts = [part for part in shapely.get_parts(shapely.line_merge(arcs)) if part.length > 0]
+    points = shapely.get_coordinates(shapely.line_interpolate_point(parts, 0.5, normalized=True))
+    return [math.atan2(y - middle.y, x - middle.x) for x, y in points]
 
 
 def _turn(start: float, end: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -23,6 +24,8 @@ _LEAST_WIDTH_M = 4.0
 # A line that ends this near to the edge of another street's carriageway, or to the border of the
 # map, ends on it.
 _REACH_M = 4.0
+# A road is divided where at least so much of it lies beside its spine.
+_LEAST_BESIDE_M = 20.0
 _OVERSHOOT_M = 0.01
 # Ways of kind pedestrian that lie beside or within a block rather than around it.
 _FOOTWAYS = frozenset({"footway", "path", "steps", "cycleway", "bridleway", "corridor"})
@@ -60,15 +63,18 @@ class StreetAxis:
     lines: BaseGeometry
     spines: tuple[shapely.LineString, ...]
 
-    @property
+    @cached_property
     def carriageway(self) -> BaseGeometry:
         """What it covers, the strip between two carriageways included."""
         surface = shapely.buffer(self.lines, self.width_m / 2, cap_style="flat")
         return shapely.union(surface, self.median)
 
-    @property
+    @cached_property
     def median(self) -> BaseGeometry:
         """What lies between its two carriageways; empty where it has but one."""
+        along = sum(float(spine.length) for spine in self.spines)
+        if self.lines.length < along + _LEAST_BESIDE_M:
+            return shapely.Polygon()
         half = self.width_m / 2
         # Grown and shrunk again, a shape is closed where it was parted by less than twice that.
         grown = shapely.buffer(self.lines, half + BESIDE_M / 2, cap_style="flat")
@@ -137,14 +143,15 @@ def _prolonged(axes: Sequence[StreetAxis], border: BaseGeometry) -> list[BaseGeo
     made = []
     for axis in axes:
         added = []
-        for end in _ends(axis.lines):
+        # Nobody speaks of the crossings of the others, and no block ends at them.
+        for end in _ends(axis.lines) if axis.named or axis.bounds_blocks else ():
             near = np.sort(tree.query(end, predicate="dwithin", distance=max(reach)))
             near = [i for i in near if i == len(targets) or targets[i] is not axis]
-            gaps = {i: shapely.distance(end, shapes[i]) for i in near}
-            if 0.0 in gaps.values():
-                continue
+            gaps = {i: float(shapely.distance(end, shapes[i])) for i in near}
             close = [i for i in near if gaps[i] <= reach[i]]
-            if close:
+            # A line that crosses what it ends near runs past it already.
+            last = shapely.intersection(axis.lines, shapely.buffer(end, 2 * max(reach)))
+            if close and not any(shapely.intersects(shapes[i], last) for i in close):
                 nearest = min(close, key=gaps.__getitem__)
                 added.append(_onto(end, shapes[nearest]))
         made.append(_merged(shapely.union_all([axis.lines, *added])) if added else axis.lines)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import shapely
 
 from sloop_ppl.maps import Block, CityMap, StreetAxis, StreetNetwork, street_network
-from sloop_ppl.plots._axes import new_axes, stroke
+from sloop_ppl.plots._axes import font_pt, new_axes, stroke, width_in
 from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._labels import Label
 from sloop_ppl.plots._marks import add_legend
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
+    from matplotlib.text import Text
 
 __all__ = ["plot_blocks"]
 
@@ -54,7 +55,9 @@ def plot_blocks(city: CityMap, ax: Axes | None = None) -> Axes:
         if axis.named or axis.bounds_blocks:
             _draw_axis(axes, axis, window)
     _draw_crossings(axes, network)
-    layer.labels = tuple(_labels(network, window))
+    size_m = font_pt(width_in(axes)) / 72 / width_in(axes) * (window.bounds[2] - window.bounds[0])
+    layer.labels = tuple(_labels(network, window, size_m))
+    layer.avoid(*_number(axes, network.blocks, size_m))
     layer.avoid(points=[c.point_m for c in network.crossings])
     add_legend(axes, _key(network), layer)
     return axes
@@ -101,26 +104,32 @@ def _draw_crossings(ax: Axes, network: StreetNetwork) -> None:
             )
 
 
-def _labels(network: StreetNetwork, window: shapely.Polygon) -> list[Label]:
-    """Return the numbers of the blocks and the names of the streets, blocks first."""
-    numbers = [
-        Label(
-            str(block.number),
-            shapely.Point(shapely.point_on_surface(shapely.buffer(block.polygon, -_INSET_M))),
-            INK,
-            1.2,
-            "bold",
-            gap_pt=0.0,
-        )
-        for block in network.blocks
-    ]
+def _number(ax: Axes, blocks: tuple[Block, ...], size_m: float) -> list[Text]:
+    """Write the numbers of the blocks that have room for one, each where there is most."""
+    written = []
+    for block in blocks:
+        room = shapely.maximum_inscribed_circle(block.polygon, tolerance=0.5)
+        if room.length > 1.1 * size_m:
+            x, y = shapely.get_coordinates(room)[0]
+            size = 1.2 * font_pt(width_in(ax))
+            style = {"ha": "center", "va": "center", "weight": "bold", "color": INK}
+            written.append(ax.text(x, y, str(block.number), fontsize=size, zorder=3.1, **style))
+    return written
+
+
+def _labels(network: StreetNetwork, window: shapely.Polygon, size_m: float) -> list[Label]:
+    """Return the names of the streets, longest first, which stand beside the axes.
+
+    `size_m` is the size of the letters in metres on the map.
+    """
     names = []
     for axis in network.streets:
         seen = [shapely.intersection(spine, window) for spine in axis.spines]
         longest = max(seen, key=lambda line: float(line.length), default=None)
         if axis.named and longest is not None and longest.length > 0:
-            names.append((-longest.length, Label(axis.label, longest, INK, 0.95)))
-    return [*numbers, *(label for _, label in sorted(names, key=lambda name: name[0]))]
+            beside = shapely.offset_curve(longest, 0.85 * size_m)
+            names.append((-longest.length, Label(axis.label, beside, INK, 0.95)))
+    return [label for _, label in sorted(names, key=lambda name: name[0])]
 
 
 def _key(network: StreetNetwork) -> list[Line2D | Patch]:
