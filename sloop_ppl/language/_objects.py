@@ -22,6 +22,8 @@ __all__ = ["Objects", "find_objects", "find_speaker", "own_cars"]
 _LONGEST_PHRASE = 5
 _LEADS_TO_PLACES = frozenset(("no", "less", "more", "where", "about", "around", "exactly"))
 _LOOK_AHEAD = 8  # words between "we" and what says where: "we are all still sitting right"
+_ON_THE_WAY = frozenset(("on", "over", "down", "up", "straight", "right", "directly"))
+_DEFINITE = frozenset(("the", "this", "that"))
 _CLAUSE_MARKS = frozenset(".;!?:,()[]-–—\n")
 
 
@@ -63,15 +65,7 @@ def find_speaker(norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMent
 
 def _reaches(norms: Sequence[str], at: int) -> bool:
     """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
-    while at < len(norms) and norms[at] in (
-        "on",
-        "over",
-        "down",
-        "up",
-        "straight",
-        "right",
-        "directly",
-    ):
+    while at < len(norms) and norms[at] in _ON_THE_WAY:
         at += 1
     following = norms[at] if at < len(norms) else ""
     return following in ("to", "by") and not any(w in ("from", "out") for w in norms[at - 1 : at])
@@ -213,11 +207,7 @@ def _same_heads(
     kept: list[FigureMention] = []
     for mention in sorted(found, key=lambda m: m.first):
         head = _bare(norms[mention.last - 1])
-        alone = mention.last == mention.first + 1 and norms[mention.first - 1] in (
-            "the",
-            "this",
-            "that",
-        )
+        alone = mention.last == mention.first + 1 and norms[mention.first - 1] in _DEFINITE
         ids = [
             m.candidates[0]
             for m in kept
@@ -654,10 +644,8 @@ class _ObjectFinder:
             return True
         if norm in known.words_of("ordinary_verbs"):
             onward = at + 1
-            if onward < len(self.norms) and self.norms[onward] in _words("object_particles") | {
-                "off",
-                "into",
-            }:
+            particles = _words("object_particles") | {"off", "into"}
+            if onward < len(self.norms) and self.norms[onward] in particles:
                 onward += 1
             stuck = self.norms[onward] if onward < len(self.norms) else ""
             if stuck in known.words_of("be") or (stuck.endswith("ed") and norm in ("got", "gets")):

@@ -19,8 +19,6 @@ from sloop_ppl.language.words import Word
 
 __all__ = ["Ground", "GroundReader", "is_certain"]
 
-"""Id of the ground of "the top left of the map"; used where the map holds it."""
-
 _LONGEST_NAME = 8
 _FARTHEST = 12
 _DEEPEST = 6
@@ -33,6 +31,7 @@ _AT_LARGE = {"a", "an", "any"}
 _NONE_OF_WIDER = 0.5
 """Share of none on this map where it has only a wider kind: by hand, an even chance."""
 
+_BEFORE_NAMES = ("det", "skip", "possessive", "only", "same", "none")
 _INTO = ("of", "to", "houses", "from")
 _ONE = ("one", "ones")
 _SELECTING = ("ern", "most")
@@ -144,14 +143,7 @@ class GroundReader:
     def _read(self, at: int) -> tuple[Ground, int] | None:
         start = at
         definite = pointing = False
-        while at < start + _FARTHEST and self.kind(at) in (
-            "det",
-            "skip",
-            "possessive",
-            "only",
-            "same",
-            "none",
-        ):
+        while at < start + _FARTHEST and self.kind(at) in _BEFORE_NAMES:
             pointing = pointing or self.kind(at) == "same"
             definite = definite or self.chunks[at].value == "the" or pointing
             at += 1

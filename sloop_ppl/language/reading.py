@@ -48,14 +48,6 @@ from sloop_ppl.maps import CityMap
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
 
 
-_SLANG = {
-    "r": "are", "u": "you", "ur": "your", "im": "i'm", "ive": "i've", "theres": "there's",
-    "hes": "he's", "shes": "she's", "wheres": "where's", "thats": "that's", "dont": "don't",
-    "isnt": "isn't", "wasnt": "wasn't", "cant": "can't", "didnt": "didn't", "youre": "you're",
-    "theyre": "they're", "weve": "we've", "havent": "haven't", "gonna": "going", "da": "the",
-}  # fmt: skip
-
-
 @dataclass
 class TextReading:
     """What has been read of one text so far; each step of the pipeline fills in its part.
@@ -112,8 +104,9 @@ def find_figures(state: TextReading) -> None:
     for mention in state.landmarks:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
+    slang = lexicon().slang
     state.norms = [
-        w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
+        w.low if t or w.kind != "word" else slang.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = find_places(
