@@ -395,15 +395,11 @@ class _Walk:
             return at + 1
         ground, after = got
         onward = self.reader.past(after, "skip", "none")
-        if (
-            self.clause.pending
-            and (
-                seen
-                or "be"
-                in (self.reader.kind(at - 1), self.reader.kind(at - 2), self.reader.kind(at - 3))
-            )
-            and self._waits_for_place(ground)
-        ):
+        before = [self.reader.kind(k) for k in range(at - 3, at)]
+        replaces = self.correcting or (self.alternative and "or" in before)
+        if replaces and ground.kind == "landmark" and self._replaces(ground, after - 1):
+            return after
+        if self.clause.pending and (seen or "be" in before) and self._waits_for_place(ground):
             return after
         leads = seen or self.reader.kind(onward) in ("be", "neg") or self._introduced(at, after)
         if leads and not self.clause.pending:

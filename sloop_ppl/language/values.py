@@ -408,7 +408,7 @@ class Description:
             "targets": [t.id for t in self.targets],
             "relations": _entries(self.relations),
             "readings": [
-                {"p": reading.probability, "relations": _entries(reading.relations)}
+                {"p": round(reading.probability, 6), "relations": _entries(reading.relations)}
                 for reading in self.all_readings()
             ],
             "unresolved": [
