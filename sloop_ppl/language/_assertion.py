@@ -108,6 +108,9 @@ def _asked(
             return first, first
         if leads:
             return first, last
+        for k in range(last - 2, start, -1):  # "I left it at Ivy, can you get it?"
+            if lows[k] == "," and lows[k + 1] in _words("asking") and last - k > 3:
+                return k + 1, last
         tagged = any(tuple(lows[last - len(t) : last]) == t for t in _forms("tags"))
         tagged = tagged or (
             last - first > 3 and lows[last - 2] in _words("asking") | {"don't", "can't"}

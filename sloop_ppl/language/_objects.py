@@ -100,6 +100,13 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
         )  # fmt: skip
         if be and starts and (norm not in states or _cue_at(norms, k, known)):
             return True
+        arrived = _words("arriving")
+        ahead = norms[k + 1] if k + 1 < len(norms) else ""
+        if (norm in ("have", "had") and ahead in arrived) or (
+            norm in arrived and _after_have(norms, k)
+        ):
+            be = True  # "I have pulled over on"
+            continue
         if norm in known.classes and "be" in known.classes[norm]:
             be = be or norm not in ("has", "have", "had", "seen", "found", "spotted")
             if (
@@ -116,6 +123,11 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
             continue
         return False
     return False
+
+
+def _after_have(norms: Sequence[str], k: int) -> bool:
+    """Whether "have" stands before a word."""
+    return k > 0 and (norms[k - 1] in ("have", "had") or norms[k - 1].endswith("'ve"))
 
 
 def _cue_at(norms: Sequence[str], at: int, known: Lexicon) -> bool:
@@ -195,6 +207,17 @@ def find_objects(
     # A phrase without a role is an object where the same words have one elsewhere: "next to Tom.
     # Tom is on a bench", "in my truck".
     found += [mention for mention in waiting if mention.candidates[0] in objects]
+    longer = {
+        _bare(norms[m.last - 1]): m for m in waiting if m.last - m.first > 1 and m not in found
+    }
+    for k, mention in enumerate(found):  # "the security guard. The guard is at ..."
+        full = longer.get(_bare(norms[mention.last - 1]))
+        if full is not None and mention.last == mention.first + 1 and full.first < mention.first:
+            target = objects.pop(mention.candidates[0], None)
+            if target is not None:
+                objects[full.candidates[0]] = replace(target, id=full.candidates[0])
+                found[k] = replace(mention, candidates=full.candidates)
+                found.append(full)
     found = _same_heads(norms, found, objects)
     found += [m for m in given.values() if not any(f.first <= m.first < f.last for f in found)]
     return Objects(tuple(sorted(found, key=lambda m: m.first)), tuple(objects.values()))
@@ -285,6 +308,7 @@ class _ObjectFinder:
                 found.append(phrase)
                 i = phrase.last
         self.ends = frozenset(self.norms[p.last - 1] for p in found if p.role)
+        found = self._appositions(found)
         for k in range(len(found) - 1, 0, -1):  # "the ladder, the hose and the axe are in ..."
             before, after = found[k - 1], found[k]
             start = after.first - bool(after.lead)
@@ -296,6 +320,28 @@ class _ObjectFinder:
             ):
                 found[k - 1] = replace(before, role=True)
         return found
+
+    def _appositions(self, found: list[_Phrase]) -> list[_Phrase]:
+        """Return phrases with "Biscuit, our beagle, was ..." as one, the name."""
+        kept: list[_Phrase] = []
+        for phrase in found:
+            before = kept[-1] if kept else None
+            named = before is not None and not before.lead and self._starts_clause(before.first)
+            start = phrase.first - bool(phrase.lead)
+            explains = (
+                named
+                and before is not None
+                and phrase.lead not in ("", "the")
+                and self.norms[before.last : start] == [","]
+                and self.norms[phrase.last : phrase.last + 1] == [","]
+                and self.norms[phrase.last + 1 : phrase.last + 2]
+                and self.norms[phrase.last + 1] in self.known.words_of("be")
+            )
+            if explains and before is not None:
+                kept[-1] = replace(before, role=True)
+            else:
+                kept.append(phrase)
+        return kept
 
     def _listed(self, first: int, last: int) -> bool:
         """Whether only a comma or "and" stands between two phrases."""
@@ -485,6 +531,8 @@ class _ObjectFinder:
             return (
                 bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
             )
+        if before in _words("addressing"):
+            return False  # "tell Dave the truck is"
         if before in ("of", "to", "from") and self._turned(start):
             return True
         prepositions = before in known.longest_cues or before in _words("prepositions")

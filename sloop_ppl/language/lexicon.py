@@ -18,7 +18,7 @@ _ROLES = (
     "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
     "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
     "traces", "object_particles", "existential", "staying", "motion_verbs",
-    "outings", "prepositions", "subject_goes_on",
+    "outings", "addressing", "carrying", "arriving", "prepositions", "subject_goes_on",
 )  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",

@@ -48,6 +48,15 @@ from sloop_ppl.maps import CityMap
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
 
 
+_DICTATED = {
+    ("question", "mark"): "?",
+    ("full", "stop"): ".",
+    ("exclamation", "mark"): "!",
+    ("exclamation", "point"): "!",
+}
+"""Marks as they are dictated."""
+
+
 @dataclass
 class TextReading:
     """What has been read of one text so far; each step of the pipeline fills in its part.
@@ -93,9 +102,23 @@ class TextReading:
 def find_landmarks(state: TextReading) -> None:
     """Cut the text into words and link those that name places."""
     vocabulary = state.places.index.vocabulary
-    words = split_run_ons(split_words(state.text), vocabulary.keys() | state.finder.vocabulary)
+    words = split_run_ons(
+        _spoken_marks(split_words(state.text)), vocabulary.keys() | state.finder.vocabulary
+    )
     state.words = words
     state.landmarks = link_landmarks(words, state.places.index)
+
+
+def _spoken_marks(words: list[Word]) -> list[Word]:
+    """Return words with marks that were dictated ("question mark", "full stop") as marks."""
+    found: list[Word] = []
+    for word in words:
+        mark = _DICTATED.get((found[-1].low, word.low)) if found else None
+        if mark is None:
+            found.append(word)
+        else:
+            found[-1] = replace(found[-1], text=mark, low=mark, end=word.end, kind="mark")
+    return found
 
 
 def find_figures(state: TextReading) -> None:
