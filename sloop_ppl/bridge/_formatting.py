@@ -61,7 +61,7 @@ def relation_table(description: Description) -> Table:
 
 
 def _referents(relation: SpatialRelation, index: int) -> str:
-    """Return what one ground of a relation may be: the place, or the likeliest with their shares."""
+    """Return what one ground may be: the place, or the likeliest places with their shares."""
     slot = relation.slot(index)
     if relation.each or len(slot) == 1:
         return _referent(relation.grounds[index])

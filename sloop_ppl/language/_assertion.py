@@ -212,7 +212,7 @@ def _past(
         for k in range(first, last):
             cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] == "but"
             cut = cut or (
-                lows[k] == "and" and lows[k + 1 : k + 2] and lows[k + 1] in _words("subjects")
+                lows[k] == "and" and k + 1 < len(lows) and lows[k + 1] in _words("subjects")
             )
             cut = cut or _is(lows, k, ("and", "now")) or (lows[k] in ("now", "today") and k > begin)
             if cut and k > begin:

@@ -228,20 +228,19 @@ def _same_heads(
 ) -> list[FigureMention]:
     """Return mentions with "the guard" as the security guard that was spoken of before."""
     kept: list[FigureMention] = []
+    full: dict[str, list[str]] = {}  # head -> the objects that it was said of with other words
     for mention in sorted(found, key=lambda m: m.first):
         head = _bare(norms[mention.last - 1])
         alone = mention.last == mention.first + 1 and norms[mention.first - 1] in _DEFINITE
-        ids = [
-            m.candidates[0]
-            for m in kept
-            if m.candidates[0] in objects
-            and _bare(norms[m.last - 1]) == head
-            and m.last - m.first > 1
-        ]
+        ids = full.setdefault(head, [])
+        while ids and ids[-1] not in objects:
+            ids.pop()
         if alone and mention.first and ids and mention.candidates[0] in objects:
             objects.pop(mention.candidates[0], None)
             mention = replace(mention, candidates=(ids[-1],))
         kept.append(mention)
+        if mention.last - mention.first > 1:
+            ids.append(mention.candidates[0])
     return kept
 
 

@@ -304,9 +304,9 @@ class GroundReader:
         if clear:
             weights[first] = max(1.0, *weights.values())
         none = _NONE_OF_WIDER if fit.is_wider else _none_share(clear)
-        shares = sorted(of_a_kind(weights, none), key=lambda s: s[0] != first)
+        shares = tuple(sorted(of_a_kind(weights, none), key=lambda s: s[0] != first))
         if not modified and len(shares) > _MOST_OF_KIND:
-            shares = []
+            shares = ()
         ground = replace(
             ground,
             ids=(shares[0][0],) if shares else (NOT_ON_MAP,),
