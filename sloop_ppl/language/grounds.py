@@ -28,6 +28,9 @@ _ANYTHING = ("building", "street")
 """Kinds of which a map is made: "on the road" says hardly more than nothing."""
 
 _AT_LARGE = {"a", "an", "any"}
+_STOP = 0.1
+"""Weight of a stop among places of its name that are none: by hand, one mention in ten."""
+
 _NONE_OF_WIDER = 0.5
 """Share of none on this map where it has only a wider kind: by hand, an even chance."""
 
@@ -210,6 +213,11 @@ class GroundReader:
     def _candidates(self, mention: LandmarkMention, chosen: int) -> tuple[Candidate, ...]:
         """Return what a name may mean, the landmark that was settled on first."""
         shares = dict(mention.shares) or {chosen: 1.0}
+        stops = {i for i in shares if self._is_stop(i)}
+        if stops and len(stops) < len(shares):  # stops have the name of what they are at
+            known = sum(shares.values())
+            shares = {i: p * (_STOP if i in stops else 1.0) for i, p in shares.items()}
+            shares = {i: p * known / sum(shares.values()) for i, p in shares.items()}
         known = sum(shares.values())
         if chosen != mention.candidates[0]:
             shares[chosen] = _SETTLED * shares.get(chosen, known)
@@ -217,6 +225,10 @@ class GroundReader:
         total = sum(shares.values())
         order = sorted(shares, key=lambda i: (-shares[i], i != chosen))[:_MOST_CANDIDATES]
         return candidates_of([(self.places.id(i), known * shares[i] / total) for i in order])
+
+    def _is_stop(self, position: int) -> bool:
+        properties = self.places.city.landmarks[position].properties
+        return properties.get("highway") == "bus_stop" or "public_transport" in properties
 
     def _number(self, ground: Ground) -> int:
         """Return the number of a place: that of an earlier mention of the same candidates."""
