@@ -65,8 +65,24 @@ def test_one_name_said_twice_is_one_place():
     assert near.mentions == north.mentions
 
 
-def test_a_kind_that_the_map_lacks_is_nowhere_on_it():
-    (relation,) = parse("The red bike is behind the windmill.", city_of("denver")).relations
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("denver", "swimming pool"),
+        ("denver", "windmill"),
+        ("denver", "hotel"),
+        ("austin", "pharmacy"),
+        ("cleveland", "church"),
+    ],
+)
+@pytest.mark.parametrize("words", ["near a", "behind the", "next to the"])
+def test_a_kind_that_the_map_lacks_is_nowhere_on_it(name, kind, words):
+    """Who says where he is, is by it for sure; of other things nothing is known then."""
+    city = city_of(name)
+    description = parse(f"The red bike is {words} {kind}.", city)
+    assert description.relations == ()
+    assert [(u.text, u.candidates) for u in description.unresolved] == [(kind, ())]
+    (relation,) = parse(f"I am {words} {kind}.", city).relations
     assert relation.grounds == (NOT_ON_MAP,)
     assert [(c.ground, c.probability) for c in relation.slot(0)] == [(None, 1.0)]
 
