@@ -26,9 +26,9 @@ TEXT = (
 )
 FOUND, FOUND_AT = "RedHonda", (-27.5, 27.5)
 SOUGHT, SOUGHT_AT = "GreenToyota", (42.5, 27.5)
-# The front is by the nearest street. The reading is taken as certain, for the find would tell of it
-# too: a car that is in front of nothing was perhaps misread, and so was the other.
-BY_THE_STREET = replace(preset("bayes"), frame_prior=PredictedSpread(), sum_readings=False)
+# As it was read, for certain: else the reading, which both cars share, moves the other a little too.
+READ = replace(preset("bayes"), sum_readings=False)
+BY_THE_STREET = replace(READ, frame_prior=PredictedSpread())  # nearest-street
 ONE_SPEAKER = replace(BY_THE_STREET, name="bayes, one speaker", shared_frames=True)
 STRANGERS = replace(BY_THE_STREET, name="bayes, a frame a phrase")
 

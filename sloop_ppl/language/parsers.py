@@ -24,8 +24,8 @@ It takes any text, the map, of whose landmarks it gives the ids as grounds, and 
 speak of (None for the default ones and any others), and returns what the text says.
 """
 
-LONGEST_TEXT = 200_000
-"""Characters of a text at most: about 30,000 words, which take some ten seconds."""
+LONGEST_TEXT = 2_000_000
+"""Characters of a text at most: about 300,000 words, which take some twenty seconds."""
 
 PARSERS: Registry[Parser] = Registry("parser")
 """Parsers by name; add your own with ``PARSERS.add(name, parser)``."""
