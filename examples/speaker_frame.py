@@ -26,7 +26,7 @@ TEXT = (
 )
 FOUND, FOUND_AT = "RedHonda", (-27.5, 27.5)
 SOUGHT, SOUGHT_AT = "GreenToyota", (42.5, 27.5)
-# As it was read, for certain: else the reading, which both cars share, moves the other a little too.
+# The reading is certain here: both cars share it, so that a find tells a little of it, too.
 READ = replace(preset("bayes"), sum_readings=False)
 BY_THE_STREET = replace(READ, frame_prior=PredictedSpread())  # nearest-street
 ONE_SPEAKER = replace(BY_THE_STREET, name="bayes, one speaker", shared_frames=True)

@@ -213,9 +213,9 @@ def find_objects(
     for k, mention in enumerate(found):  # "the security guard. The guard is at ..."
         full = longer.get(_bare(norms[mention.last - 1]))
         if full is not None and mention.last == mention.first + 1 and full.first < mention.first:
-            target = objects.pop(mention.candidates[0], None)
-            if target is not None:
-                objects[full.candidates[0]] = replace(target, id=full.candidates[0])
+            short = objects.pop(mention.candidates[0], None)
+            if short is not None:
+                objects[full.candidates[0]] = replace(short, id=full.candidates[0])
                 found[k] = replace(mention, candidates=full.candidates)
                 found.append(full)
     found = _same_heads(norms, found, objects)
@@ -236,7 +236,7 @@ def _same_heads(
         while ids and ids[-1] not in objects:
             ids.pop()
         if alone and mention.first and ids and mention.candidates[0] in objects:
-            objects.pop(mention.candidates[0], None)
+            del objects[mention.candidates[0]]
             mention = replace(mention, candidates=(ids[-1],))
         kept.append(mention)
         if mention.last - mention.first > 1:

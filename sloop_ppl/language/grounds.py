@@ -351,8 +351,8 @@ class GroundReader:
 
     @staticmethod
     def slot(ground: Ground) -> tuple[Candidate, ...]:
-        """Return what a ground may be; the one place that it certainly is."""
-        return ground.candidates or (Candidate(ground.ids[0], 1.0),)
+        """Return what a ground may be: the one place that it certainly is, none of an unknown."""
+        return ground.candidates or tuple(Candidate(one, 1.0) for one in ground.ids[:1])
 
     def selects(self, at: int) -> str:
         """Return the direction of "northern" or "southernmost" before a place, else ""."""
