@@ -1,5 +1,6 @@
 """Maps: grids, landmarks, city maps, OpenStreetMap, and reading and writing them."""
 
+from sloop_ppl.maps.area import SearchArea, search_area
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.fields import LandmarkFields, landmark_fields
 from sloop_ppl.maps.files import bundled_maps, check_map_path, load_map, read_map, write_map
@@ -21,6 +22,7 @@ __all__ = [
     "Grid",
     "Landmark",
     "LandmarkFields",
+    "SearchArea",
     "bundled_maps",
     "check_map_path",
     "from_geojson",
@@ -29,6 +31,7 @@ __all__ = [
     "load_map",
     "map_schema",
     "read_map",
+    "search_area",
     "summary",
     "to_geojson",
     "touched_cells",
