@@ -249,7 +249,10 @@ def test_metrics_of_ones_own(files, mine, capsys):
         ("broken", "Metric 'mine.py:broken' fails at line 25: ZeroDivisionError"),
         ("wordy", "Metric 'mine.py:wordy' returns 'much'; expected a finite number"),
         ("none", "Metric of mine.py 'none' is unknown"),
-        ("mean_of", "Metric 'mine.py:mean_of' takes belief; expected three arguments: belief, grid, truth"),
+        (
+            "mean_of",
+            "Metric 'mine.py:mean_of' takes belief; expected three arguments: belief, grid, truth",
+        ),
     ],
 )
 def test_bad_metrics_are_refused_in_one_line(files, mine, capsys, name, message):
