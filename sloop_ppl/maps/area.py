@@ -204,8 +204,8 @@ def _from_geojson(data: Mapping[str, Any], grid: Grid, what: str) -> BaseGeometr
         except InputError:
             raise
         except Exception as error:  # shapely raises what it meets: KeyError, TypeError, GEOS
-            told = " ".join(f"{type(error).__name__}: {error}".split())
-            raise InputError(f"{what} is no GeoJSON of a polygon ({told})") from error
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"{what} is no GeoJSON of a polygon ({reason})") from error
     if not shapes:
         raise InputError(f"{what} holds no geometry; expected GeoJSON of a polygon")
     joined = _polygon(parts_of_dimension(shapely.union_all(shapes), 2) or shapely.Polygon(), what)

@@ -187,7 +187,8 @@ def _points(geometry: BaseGeometry) -> NDArray[np.float64]:
     is_line = shapely.get_dimensions(parts) == 1
     common = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(parts[is_line])))
     middles = shapely.line_interpolate_point(common, 0.5, normalized=True)
-    return shapely.get_coordinates([*parts[~is_line], *middles])
+    points: NDArray[np.float64] = shapely.get_coordinates([*parts[~is_line], *middles])
+    return points
 
 
 def _clusters(points: NDArray[np.float64], reach_m: float) -> list[list[int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import shapely
 
@@ -112,7 +112,7 @@ def _number(ax: Axes, blocks: tuple[Block, ...], size_m: float) -> list[Text]:
         if room.length > 1.1 * size_m:
             x, y = shapely.get_coordinates(room)[0]
             size = 1.2 * font_pt(width_in(ax))
-            style = {"ha": "center", "va": "center", "weight": "bold", "color": INK}
+            style: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK}
             written.append(ax.text(x, y, str(block.number), fontsize=size, zorder=3.1, **style))
     return written
 
@@ -143,7 +143,7 @@ def _key(network: StreetNetwork) -> list[Line2D | Patch]:
     if any(not axis.bounds_blocks for axis in shown):
         dashed = (0, (3.0, 2.0))
         handles.append(Line2D([], [], color=INK, lw=0.9, ls=dashed, label="footway with a name"))
-    mark = {"ls": "none", "marker": "o", "ms": 5, "mew": 0.9}
+    mark: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 5, "mew": 0.9}
     colour = ACCENTS["wrong"]
     if any(c.is_corner for c in network.crossings):
         handles.append(Line2D([], [], mfc=colour, mec=PAPER, label="corner", **mark))
