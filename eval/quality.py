@@ -277,14 +277,14 @@ def to_score(
         )
     if relations == "parsed":
         return labelled
-    told = [annotated for annotated in labelled if annotated.has_gold]
-    if not told:
+    with_gold = [annotated for annotated in labelled if annotated.has_gold]
+    if not with_gold:
         raise InputError(
             "No description has gold 'relations'; score what the parser reads with --parsed"
         )
-    if progress and len(told) < len(labelled):
-        progress(f"{len(labelled) - len(told)} lines without gold relations passed over")
-    return told
+    if progress and len(with_gold) < len(labelled):
+        progress(f"{len(labelled) - len(with_gold)} lines without gold relations passed over")
+    return with_gold
 
 
 def model_for(

@@ -21,6 +21,13 @@ from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.maps.rasterise import touched_cells
+from sloop_ppl.models._street_regions import (
+    block_region,
+    crossing_region,
+    same_block_region,
+    street_side_region,
+    stretch_region,
+)
 from sloop_ppl.registry import Registry
 
 __all__ = [
@@ -181,6 +188,11 @@ name; `Relation.region` names one, or is one."""
 REGIONS.add("along", _along)
 REGIONS.add("across", _across)
 REGIONS.add("between", _between)
+REGIONS.add("street side", street_side_region)
+REGIONS.add("crossing", crossing_region)
+REGIONS.add("block", block_region)
+REGIONS.add("stretch", stretch_region)
+REGIONS.add("same block", same_block_region)
 
 
 def between_region(shapes: Sequence[BaseGeometry]) -> BaseGeometry:

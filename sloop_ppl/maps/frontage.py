@@ -15,7 +15,7 @@ from sloop_ppl.maps._symbols import folded
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import PATH_KINDS, Landmark
 
-__all__ = ["Facing", "Frontage", "frontage", "streets_of"]
+__all__ = ["Facing", "Frontage", "frontage", "street_key", "streets_of"]
 
 T = TypeVar("T")
 
@@ -189,7 +189,7 @@ def _by_address(city: _City, building: Landmark) -> Facing | None:
     if not isinstance(name, str):
         return None
     streets = city.derived("streets by name", lambda: _streets_by_key(city))
-    return _towards(city, building, streets.get(_street_key(name), ()), "address")
+    return _towards(city, building, streets.get(street_key(name), ()), "address")
 
 
 def _streets_by_key(city: _City) -> dict[str, tuple[Landmark, ...]]:
@@ -198,9 +198,9 @@ def _streets_by_key(city: _City) -> dict[str, tuple[Landmark, ...]]:
     by_alias: dict[str, tuple[Landmark, ...]] = {}
     for street in city.of_kind(*PATH_KINDS, "square"):
         if street.name:
-            key = _street_key(street.name)
+            key = street_key(street.name)
             by_name[key] = (*by_name.get(key, ()), street)
-        for key in {_street_key(alias) for alias in street.aliases}:
+        for key in {street_key(alias) for alias in street.aliases}:
             by_alias[key] = (*by_alias.get(key, ()), street)
     return by_alias | by_name
 
@@ -270,5 +270,6 @@ def _outward(building: Landmark, door: shapely.Point) -> float | None:
     return None if math.hypot(east, north) < 1e-6 else math.atan2(north, east)
 
 
-def _street_key(name: str) -> str:
+def street_key(name: str) -> str:
+    """Return what all spellings of a street's name have in common: "Main Street" is "main st"."""
     return " ".join(_SHORTENED.get(word, word) for word in folded(name).split())

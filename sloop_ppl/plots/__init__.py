@@ -4,6 +4,7 @@ from sloop_ppl.plots.animation import animate_search
 from sloop_ppl.plots.bars import plot_components, plot_influence, plot_latent, plot_words
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
 from sloop_ppl.plots.belief_parts import plot_change, plot_relations
+from sloop_ppl.plots.blocks import plot_blocks
 from sloop_ppl.plots.city import plot_map
 from sloop_ppl.plots.context import plot_context
 from sloop_ppl.plots.deviations import draw_deviations, plot_deviations
@@ -28,6 +29,7 @@ __all__ = [
     "frame_bins",
     "plot_belief",
     "plot_beliefs",
+    "plot_blocks",
     "plot_change",
     "plot_components",
     "plot_context",
