@@ -4,9 +4,10 @@ Run: python benchmarks/ablation_readings.py [FILE.jsonl ...] [--maps DIR] [--qui
 
 Each text is parsed, and ``bayes`` infers its beliefs four times: with all readings and all places
 that a mention may refer to, with the most probable reading alone, with the most probable place of
-each mention alone, and with the best of both. Printed are the mean log scores in nats and the paired
-differences, with 95 % intervals over configurations. Of lines with ``area_m`` the beliefs are of
-that area. ``1 %`` has 1 % of the uniform belief mixed in, which bounds what one target can cost.
+each mention alone, and with the best of both. Printed are the mean log scores in nats and the
+paired differences, with 95 % intervals over configurations. Of lines with ``area_m`` the beliefs
+are of that area. ``1 %`` has 1 % of the uniform belief mixed in, which bounds what one target can
+cost.
 Without files the bundled examples are taken, with --quick a few of them.
 """
 

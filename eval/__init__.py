@@ -17,12 +17,14 @@ if TYPE_CHECKING:
         bundled_examples,
         read_descriptions,
     )
+    from sloop_ppl.eval.metrics import METRICS
     from sloop_ppl.eval.parsing import ParseScore, score_parser
     from sloop_ppl.eval.quality import BeliefQuality, ModelQuality, score_beliefs
     from sloop_ppl.eval.results import Results, read_results
     from sloop_ppl.eval.trials import Searching, Trial, TrialKey
 
 __all__ = [
+    "METRICS",
     "AnnotatedDescription",
     "BeliefQuality",
     "FrameAnnotation",
@@ -53,6 +55,7 @@ _HOMES = {
         "bundled_examples",
         "read_descriptions",
     ),
+    "metrics": ("METRICS",),
     "parsing": ("ParseScore", "score_parser"),
     "quality": ("BeliefQuality", "ModelQuality", "score_beliefs"),
     "results": ("Results", "read_results"),

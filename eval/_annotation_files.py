@@ -56,7 +56,7 @@ def write_annotations(path: str | Path, annotations: Mapping[str, Sequence[GoldE
 
 def _fields(entry: GoldEntry) -> dict[str, Any]:
     distance = entry.distance
-    told: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "figure": entry.figure,
         "relation": entry.relation,
         "ground": entry.ground,
@@ -73,7 +73,7 @@ def _fields(entry: GoldEntry) -> dict[str, Any]:
     silent = ("negated", "optional", "also")  # where they are false or empty; a group may be 0
     return {
         name: value
-        for name, value in told.items()
+        for name, value in fields.items()
         if name == "ground" or (value if name in silent else value is not None)
     }
 

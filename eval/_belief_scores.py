@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.eval.descriptions import Place
-from sloop_ppl.inference import expected_distance_m
+from sloop_ppl.eval.metrics import METRICS, Metric, level_with, probability_within
 from sloop_ppl.maps import Grid
 
 __all__ = [
-    "LEAST_PROBABILITY",
     "LEVELS",
-    "MIXED_IN",
     "BeliefScore",
     "Region",
     "ScoredTarget",
     "score_belief",
 ]
 
-LEAST_PROBABILITY = 1e-300
-"""The belief at the true cell counts as no less."""
-
-MIXED_IN = 0.01
-"""Share of the uniform belief that takes hard zeros out of a comparison."""
-
 LEVELS = (0.5, 0.9)
 """Probabilities of the regions by which calibration is judged."""
 
 NEAR_M = 15.0
 _HPD = 0.9
-_SAME = 1e-12
 
 
 @dataclass(frozen=True)
@@ -63,21 +55,17 @@ class BeliefScore:
 
     Parameters
     ----------
-    log_score
-        Natural log of the belief at the true cell, floored at 1e-300.
-    rank
-        How many cells have a higher belief than the true one, half of the ties counted.
-    expected_distance_m
-        Mean distance under the belief from the true place, metres.
+    log_score, rank, expected_distance_m, log_score_mixed
+        See `sloop_ppl.eval.METRICS`.
     mass_15m
         Belief in the cells whose centres are within 15 m of the true place.
     in_hpd90
         Share, in [0, 1], of the ways to order tied cells in which the smallest set of cells that
         holds 90 % of the belief has the true cell in it; 0 or 1 without ties.
-    log_score_mixed
-        Log score with 1 % of the uniform belief mixed in.
     regions
         The region of each of `LEVELS`.
+    metrics
+        Every metric that was asked for, by name.
     """
 
     log_score: float
@@ -87,6 +75,7 @@ class BeliefScore:
     in_hpd90: float
     log_score_mixed: float
     regions: tuple[Region, ...]
+    metrics: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -108,6 +97,8 @@ class ScoredTarget:
         itself of the others.
     score
         How good the belief is.
+    source
+        The file the description is of; see `AnnotatedDescription.source`.
     """
 
     description: str
@@ -116,9 +107,15 @@ class ScoredTarget:
     map: str
     relations: tuple[str, ...]
     score: BeliefScore
+    source: str = ""
 
 
-def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> BeliefScore:
+def score_belief(
+    belief: NDArray[np.float64],
+    grid: Grid,
+    truth: Place,
+    metrics: Mapping[str, Metric] | None = None,
+) -> BeliefScore:
     """Score a belief against the truth.
 
     Parameters
@@ -126,33 +123,42 @@ def score_belief(belief: NDArray[np.float64], grid: Grid, truth: Place) -> Belie
     belief
         Probability of each cell, shape (H, W), summing to one.
     truth
-        Where the target is.
+        Where the target is, and the area that it is searched in.
+    metrics
+        Name -> what else is measured of it; those of `METRICS` when None.
 
     Notes
     -----
     Beliefs that differ by less than one part in 1e12 are tied: rounding makes no rank.
     """
-    at_truth = float(belief[truth.cell])
-    slack = at_truth * _SAME
-    higher = belief > at_truth + slack
-    tied = ~higher & (belief >= at_truth - slack)
-    apart = np.hypot(grid.x_m[None, :] - truth.x_m, grid.y_m[:, None] - truth.y_m)
+    above, tied, _ = level_with(belief, truth)
+    inside = np.sort(belief if truth.area is None else belief[truth.area], axis=None)[::-1]
+    higher, level = float(inside[:above].sum()), float(inside[above : above + tied].sum())
     return BeliefScore(
-        log_score=float(np.log(max(at_truth, LEAST_PROBABILITY))),
-        rank=float(higher.sum() + (tied.sum() - 1) / 2),
-        expected_distance_m=expected_distance_m(belief, grid, (truth.x_m, truth.y_m)),
-        mass_15m=float(belief[apart <= NEAR_M + 1e-6].sum()),
-        in_hpd90=_share_inside(belief, int(higher.sum()), int(tied.sum())),
-        log_score_mixed=float(np.log((1 - MIXED_IN) * at_truth + MIXED_IN / grid.size)),
-        regions=_regions(belief, float(belief[higher].sum()), float(belief[tied].sum()), grid),
+        log_score=METRICS["log_score"](belief, grid, truth),
+        rank=METRICS["rank"](belief, grid, truth),
+        expected_distance_m=METRICS["expected_distance_m"](belief, grid, truth),
+        mass_15m=probability_within(NEAR_M)(belief, grid, truth),
+        in_hpd90=_share_inside(inside, above, tied),
+        log_score_mixed=METRICS["mean_log_score_mixed"](belief, grid, truth),
+        regions=_regions(inside, higher, level, grid),
+        metrics={
+            name: float(measure(belief, grid, truth))
+            for name, measure in (METRICS if metrics is None else metrics).items()
+        },
     )
 
 
 def _regions(
-    belief: NDArray[np.float64], higher: float, tied: float, grid: Grid
+    order: NDArray[np.float64], higher: float, tied: float, grid: Grid
 ) -> tuple[Region, ...]:
-    """Return the regions, given the belief in the cells above the true one and level with it."""
-    order = np.sort(belief, axis=None)[::-1]
+    """Return the regions, given the belief in the cells above the true one and level with it.
+
+    Parameters
+    ----------
+    order
+        Beliefs of the cells of the area, the greatest first.
+    """
     held = np.concatenate([[0.0], np.cumsum(order)])
     found = []
     for level in LEVELS:
@@ -163,7 +169,7 @@ def _regions(
     return tuple(found)
 
 
-def _share_inside(belief: NDArray[np.float64], higher: int, tied: int) -> float:
-    held = np.cumsum(np.sort(belief, axis=None)[::-1])
+def _share_inside(order: NDArray[np.float64], higher: int, tied: int) -> float:
+    held = np.cumsum(order)
     needed = int(np.searchsorted(held, _HPD - 1e-12)) + 1
     return min(1.0, max(0.0, (needed - higher) / tied))

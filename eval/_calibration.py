@@ -81,10 +81,10 @@ class Calibration:
 
     def to_json(self) -> dict[str, Any]:
         """Return the value of the key ``confidence`` of ``sloop eval parse --json``."""
-        told = asdict(self)
-        told["slope_ci95"] = None if self.slope_ci95 is None else list(self.slope_ci95)
-        told["bins"] = list(told["bins"])
-        return told
+        fields = asdict(self)
+        fields["slope_ci95"] = None if self.slope_ci95 is None else list(self.slope_ci95)
+        fields["bins"] = list(fields["bins"])
+        return fields
 
 
 def calibration(
@@ -198,8 +198,8 @@ def _slopes(p: Array, y: Array, weights: Array, *, rounds: int = 50) -> Array:
         if max(np.abs(step_a).max(), np.abs(step_b).max()) < 1e-9:
             break
     total, all_good = n.sum(1), good.sum(1)
-    told = ((n > 0).sum(1) > 1) & (all_good > 0) & (all_good < total)
-    return np.where(told, b, np.nan)
+    is_defined = ((n > 0).sum(1) > 1) & (all_good > 0) & (all_good < total)
+    return np.where(is_defined, b, np.nan)
 
 
 def _auc(p: Array, y: Array) -> float | None:

@@ -165,14 +165,14 @@ def _status(line: EntryLine, path: str) -> GoldStatus:
 
 
 def _distance(line: EntryLine, path: str) -> Distance | None:
-    said = line.distance_m
-    if said is None:
+    stated = line.distance_m
+    if stated is None:
         return None
-    low, high = (said, said) if isinstance(said, int | float) else said
+    low, high = (stated, stated) if isinstance(stated, int | float) else stated
     try:
         return Distance(low or 0.0, math.inf if high is None else high)
     except SloopError as error:
-        raise Fault(f"{path}distance_m", f"is {said!r}: {error}") from error
+        raise Fault(f"{path}distance_m", f"is {stated!r}: {error}") from error
 
 
 def entries_of(relations: Iterable[SpatialRelation]) -> tuple[GoldEntry, ...]:

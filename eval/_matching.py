@@ -163,9 +163,9 @@ def match(
     independent sets of a transversal matroid, so that taking the required ones first is optimal.
     """
     wanted = _merged_gold(gold, gold_key)
-    told = _merged_read(read, read_key)
+    merged = _merged_read(read, read_key)
     choices = [
-        [j for j, (key, one) in enumerate(told) if key == want.key and is_right(want.entry, one)]
+        [j for j, (key, one) in enumerate(merged) if key == want.key and is_right(want.entry, one)]
         for want in wanted
     ]
     holder: dict[int, int] = {}  # what was read -> what it is
@@ -181,7 +181,7 @@ def match(
 
     for i in sorted(range(len(wanted)), key=lambda i: wanted[i].entry.optional):
         assign(i, set())
-    found = [one for _, one in told]
+    found = [one for _, one in merged]
     every = {
         (source, holder[j]) for j, one in enumerate(found) if j in holder for source in one.every
     }

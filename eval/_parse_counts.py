@@ -36,9 +36,9 @@ class ReadLine:
     def matched(self, score: str) -> Match[Hashable]:
         """Return what is right in one sense; what is not to be read is no gold."""
         key = _HAS_TO_MATCH[score]
-        told = [entry for entry in self.gold if entry.is_read or entry.optional]
-        told = [entry if entry.is_read else replace(entry, optional=True) for entry in told]
-        return match(told, read_entries(self.read), key, key)
+        entries = [entry for entry in self.gold if entry.is_read or entry.optional]
+        entries = [entry if entry.is_read else replace(entry, optional=True) for entry in entries]
+        return match(entries, read_entries(self.read), key, key)
 
 
 def count_lines(lines: Sequence[ReadLine]) -> ParseScore:
@@ -171,15 +171,15 @@ def _class_rates(
 
 def _links(line: ReadLine) -> tuple[int, int]:
     """Return how many grounds the gold has, and how many of them are among what was linked."""
-    told = line.read
+    read = line.read
     linked = {
         candidate.ground
-        for reading in (told.relations, *(reading.relations for reading in told.readings))
+        for reading in (read.relations, *(reading.relations for reading in read.readings))
         for relation in reading
         for slot in range(len(relation.grounds))
         for candidate in relation.slot(slot)
     }
-    linked |= {candidate for one in told.unresolved for candidate in one.candidates}
+    linked |= {candidate for one in read.unresolved for candidate in one.candidates}
     wanted = {
         entry.accepted
         for entry in line.gold
@@ -189,12 +189,12 @@ def _links(line: ReadLine) -> tuple[int, int]:
 
 
 def _miss(line: ReadLine, polarity: Match[Hashable]) -> Miss:
-    def told(entry: GoldEntry | ReadEntry, ground: str) -> Entry:
+    def shown(entry: GoldEntry | ReadEntry, ground: str) -> Entry:
         return entry.figure, ("not " if entry.negated else "") + entry.relation, ground
 
-    missed = sorted(told(e, e.ground or f"({e.kind})") for e in polarity.missed)
+    missed = sorted(shown(e, e.ground or f"({e.kind})") for e in polarity.missed)
     spurious = sorted(
-        told(e, f"({' '.join(sorted(e.words))})" if e.ground == NOT_ON_MAP else e.ground)
+        shown(e, f"({' '.join(sorted(e.words))})" if e.ground == NOT_ON_MAP else e.ground)
         for e in polarity.wrong
     )
     return Miss(line.annotated.id, line.read.text, tuple(missed), tuple(spurious))

@@ -160,11 +160,11 @@ def _confidence_lines(found: Calibration) -> list[RenderableType]:
     if found.slope_ci95 is not None:
         slope += f" [{found.slope_ci95[0]:.2f}, {found.slope_ci95[1]:.2f}]"
     auc = "none" if found.auc is None else f"{found.auc:.3f}"
-    told = (
+    summary = (
         f"confidence of {found.n} relations, {found.right:.3f} of them right: slope {slope}, Brier "
         f"score {found.brier:.4f} (a constant's {found.brier_constant:.4f}), AUC {auc}"
     )
-    return [_table("confidence", ("n", "right"), bins), told]
+    return [_table("confidence", ("n", "right"), bins), summary]
 
 
 def _miss_lines(miss: Miss) -> list[str]:

@@ -1,4 +1,4 @@
-"""What is told of how well descriptions were read."""
+"""The scores of how well descriptions were read."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class ParseScore:
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval parse --json`` prints."""
-        told: dict[str, Any] = {
+        payload: dict[str, Any] = {
             "n": self.n,
             "tuple_f1": self.tuple_f1,
             "class_f1": self.class_f1,
@@ -109,7 +109,7 @@ class ParseScore:
             "phenomena": self.phenomena,
         }
         if self.classes:
-            told["classes"] = self.classes
+            payload["classes"] = self.classes
         if self.confidence is not None:
-            told["confidence"] = self.confidence.to_json()
-        return told
+            payload["confidence"] = self.confidence.to_json()
+        return payload

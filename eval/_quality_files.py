@@ -16,6 +16,7 @@ from sloop_ppl.eval._fits import cross_validated
 from sloop_ppl.eval._inventory import map_finder
 from sloop_ppl.eval._quality_report import quality_figure, quality_tables
 from sloop_ppl.eval._table_lines import table_lines
+from sloop_ppl.eval._user_metrics import metrics_with
 from sloop_ppl.eval.descriptions import read_descriptions
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.models import PRESETS, ObservationModel, fitting_note
@@ -39,6 +40,7 @@ def score_quality(
     cv: str | None = None,
     fits: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
+    metrics: Sequence[str] = (),
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
 
@@ -62,13 +64,15 @@ def score_quality(
         :func:`sloop_ppl.eval._fits.cross_validated`.
     progress
         Called with a line at a time on how it goes.
+    metrics
+        ``FILE.py:NAME`` of metrics beside the registered ones.
 
     Raises
     ------
     SloopError
         When a file, a name or a parameter cannot be used; before the work.
     """
-    chosen = models_named(models, params)
+    chosen, measured = models_named(models, params), metrics_with(metrics)
     if cv not in (None, "city"):
         raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
@@ -85,8 +89,11 @@ def score_quality(
         relations="gold" if gold else "parsed",
         rng=np.random.default_rng(0),
         progress=progress,
+        metrics=measured,
     )
-    return replace(quality, cv=cv)
+    return replace(
+        quality, cv=cv, sets={name: replace(one, cv=cv) for name, one in quality.sets.items()}
+    )
 
 
 def models_named(

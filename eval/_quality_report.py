@@ -15,6 +15,12 @@ __all__ = ["quality_figure", "quality_section", "quality_tables"]
 
 Payload = Mapping[str, Any]
 _WORDS = "by_relation"
+_MOST_CITIES = 20  # where each line has a map of its own, a row for each tells nothing
+_KNOWN = {
+    "mean_log_score", "mean_log_score_mixed", "median_rank", "expected_distance_m", "mapscore",
+    "poa_25m", "poa_50m", "poa_100m", "median_error_m",
+}  # fmt: skip
+"""Metrics with a column of their own."""
 _BOOTSTRAP = "Brackets: 95 % intervals, bootstrapped over configurations."
 _REGION = (
     "Coverage: how often the smallest region that holds so much of the belief has the target in "
@@ -35,12 +41,17 @@ def quality_tables(payload: Payload) -> list[Table]:
     tables = [_scores(models, payload["relations"] + " relations" + fitted), _calibration(models)]
     if payload["paired"]:
         tables.insert(1, _differences(payload))
+    if payload.get("sets"):
+        tables.insert(1, _sets(payload["sets"]))
+    if payload.get("metrics"):
+        tables.insert(1, _order_of_search(models, payload["metrics"]))
     for name, title in (
         ("by_relations", "Mean log score by number of relations"),
         ("by_city", "Mean log score by city"),
         (_WORDS, "Mean log score by relation"),
     ):
-        tables.append(_groups(models, name, title))
+        if name != "by_city" or len(next(iter(models.values()))[name]) <= _MOST_CITIES:
+            tables.append(_groups(models, name, title))
     return [table for table in tables if table.rows]  # no gold, no relations
 
 
@@ -122,6 +133,62 @@ def _scores(models: Mapping[str, Payload], how: str) -> Table:
             ),
         ),
     )  # fmt: skip
+
+
+def _order_of_search(models: Mapping[str, Payload], metrics: Sequence[str]) -> Table:
+    """Return the table of what a search in order of belief meets; other metrics come last."""
+    others = [name for name in metrics if name not in _KNOWN]
+    return Table(
+        "quality-search",
+        "Beliefs as orders of search",
+        ("model", "MapScore", "within 25 m", "50 m", "100 m", "error of the mode", *others),
+        tuple(
+            (
+                name,
+                Estimate(one["mapscore"], digits=3),
+                *(Estimate(one[f"poa_{d}m"], digits=3) for d in (25, 50, 100)),
+                Estimate(one["median_error_m"], digits=1),
+                *(Estimate(one[other], digits=3) for other in others),
+            )
+            for name, one in models.items()
+        ),
+        (
+            (
+                "MapScore: 1 - 2 r, r the share of the area that is searched before the true cell, "
+                "1 at best and 0 at random. Belief within some metres of the true place. Median "
+                "distance in metres of the most probable cell."
+            ),
+        ),
+    )
+
+
+def _sets(sets: Mapping[str, Payload]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for which, payload in sets.items():
+        for name, one in payload["models"].items():
+            rows.append(
+                (
+                    which,
+                    name,
+                    one["n"],
+                    _interval(one["mean_log_score_1pct"], one["ci95_1pct"]),
+                    Estimate(one["mapscore"], digits=3),
+                    Estimate(one["poa_50m"], digits=3),
+                    Estimate(one["calibration"]["90"]["coverage"], digits=2),
+                )
+            )
+    return Table(
+        "quality-sets",
+        "Scores by set of descriptions, with 1 % uniform mixed in",
+        ("set", "model", "n", "log score", "MapScore", "50 m", "90 %"),
+        tuple(rows),
+        (
+            (
+                "50 m: belief within 50 m of the true place. 90 %: coverage of the region that "
+                f"holds 90 % of the belief. {_BOOTSTRAP}"
+            ),
+        ),
+    )
 
 
 def _differences(payload: Payload) -> Table:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import functools
 import json
+from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._gold import GoldEntry, entries_of, gold_entries, gold_relations
@@ -32,7 +36,7 @@ from sloop_ppl.language import (
     Viewpoint,
     check_viewpoint,
 )
-from sloop_ppl.maps import CityMap, Grid, load_map
+from sloop_ppl.maps import CityMap, Grid, SearchArea, load_map, search_area
 
 __all__ = [
     "AnnotatedDescription",
@@ -49,6 +53,8 @@ FindMap = Callable[[str], CityMap]
 _COUNTED_CELL_M = 5.0
 # How far `lonlat`, rounded to seven decimals, may lie from `east_m` and `north_m`.
 _LONLAT_SLACK_M = 0.5
+# How far a target may lie outside the area that is searched for it, which may be rounded too.
+_AREA_SLACK_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -61,11 +67,25 @@ class Place:
         Metres east and north of the map's centre.
     cell
         Its row (row 0 in the south) and column on the map's grid.
+    area
+        True for the cells that are searched for it, shape (H, W); None for all.
     """
 
     x_m: float
     y_m: float
     cell: tuple[int, int]
+    area: NDArray[np.bool_] | None = field(default=None, compare=False, repr=False)
+
+    def within(self, area: SearchArea, grid: Grid) -> Place:
+        """Return the place as one of an area: in the nearest cell of it.
+
+        A place by the border may lie in a cell whose centre is outside, which the area has not.
+        """
+        if area.cells[self.cell]:
+            return replace(self, area=area.cells)
+        apart = np.hypot(grid.x_m[None, :] - self.x_m, grid.y_m[:, None] - self.y_m)
+        row, col = np.unravel_index(np.argmin(np.where(area.cells, apart, np.inf)), grid.shape)
+        return replace(self, cell=(int(row), int(col)), area=area.cells)
 
 
 @dataclass(frozen=True)
@@ -130,6 +150,8 @@ class AnnotatedDescription:
     declared
         Objects that the line describes; those of `targets` without a description are described by
         their ids.
+    source
+        Name of the file it was read from, without its ending; empty for one made otherwise.
     """
 
     id: str
@@ -147,6 +169,7 @@ class AnnotatedDescription:
     entries: tuple[GoldEntry, ...] = ()
     phenomena: tuple[str, ...] = ()
     declared: tuple[TargetObject, ...] = ()
+    source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
@@ -167,6 +190,18 @@ class AnnotatedDescription:
     def gold(self) -> tuple[GoldEntry, ...]:
         """What a reader is scored against."""
         return self.entries or entries_of(self.relations)
+
+    def search_area(self, grid: Grid) -> SearchArea | None:
+        """Return the area that is searched, on the map's grid; None for the map."""
+        return None if self.area_m is None else search_area(self.area_m, grid)
+
+    def places(self, grid: Grid) -> dict[str, Place]:
+        """Return where each target is, as a place of the area that is searched."""
+        area = self.search_area(grid)
+        return {
+            target: place if area is None else place.within(area, grid)
+            for target, place in self.targets.items()
+        }
 
     def description(self, city: CityMap) -> Description:
         """Return what is said on a map according to the gold relations."""
@@ -257,6 +292,7 @@ def read_sound_descriptions(
     find = functools.cache(find_map or load_map)
     faults: list[str] = []
     notes = {} if annotations is None else _annotations(annotations, faults)
+    names = _source_names(sources)
     descriptions: dict[str, AnnotatedDescription] = {}
     for source in sources:
         before = len(descriptions), len(faults)
@@ -265,6 +301,7 @@ def read_sound_descriptions(
                 data = _parse(line)
                 note = notes.get(str(data.get("id")))
                 annotated = _annotated(data if note is None else {**data, **note}, find)
+                annotated = replace(annotated, source=names[source])
                 _check_new(annotated.id, descriptions)
                 descriptions[annotated.id] = annotated
             except Fault as fault:
@@ -276,6 +313,16 @@ def read_sound_descriptions(
             f"{annotations} holds the ids of none of these lines, but such as '{next(iter(notes))}'"
         )
     return tuple(descriptions.values()), tuple(faults)
+
+
+def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:
+    """Return file -> its name without the ending, with its folder where two have one name."""
+    stems = {source: Path(source).stem for source in sources}
+    shared = {stem for stem, count in Counter(stems.values()).items() if count > 1}
+    return {
+        source: str(Path(source).with_suffix("")) if stem in shared else stem
+        for source, stem in stems.items()
+    }
 
 
 def bundled_examples() -> tuple[AnnotatedDescription, ...]:
@@ -355,7 +402,7 @@ def _annotated(data: Mapping[str, Any], find: FindMap) -> AnnotatedDescription:
         entries=_entries_as_meant(gold, viewpoint),
         phenomena=tuple(line.phenomena),
         declared=declared,
-        area_m=_area(line, city.grid),
+        area_m=_area(line, city.grid, targets),
         hearer=None if line.hearer is None else (line.hearer.east_m, line.hearer.north_m),
     )
 
@@ -390,7 +437,9 @@ def _declared(objects: Iterable[ObjectLine]) -> tuple[TargetObject, ...]:
     return tuple(found.values())
 
 
-def _area(line: Line, grid: Grid) -> tuple[float, float, float, float] | None:
+def _area(
+    line: Line, grid: Grid, targets: Mapping[str, Place]
+) -> tuple[float, float, float, float] | None:
     """Return the borders of the area that is searched, some of which is on the map."""
     borders = line.area_m
     if borders is None:
@@ -406,6 +455,18 @@ def _area(line: Line, grid: Grid) -> tuple[float, float, float, float] | None:
     )
     if not all(inside):
         raise Fault("area_m", f"is {list(borders)}, none of which is on the map")
+    try:
+        search_area(borders, grid)
+    except SloopError as error:
+        raise Fault("area_m", f"is {list(borders)}, which cannot be searched: {error}") from error
+    for name, place in targets.items():
+        off = max(west - place.x_m, place.x_m - east, south - place.y_m, place.y_m - north)
+        if off > _AREA_SLACK_M:
+            raise Fault(
+                f"targets.{name}",
+                f"is at ({place.x_m:g}, {place.y_m:g}); expected a place in 'area_m', "
+                f"{list(borders)}",
+            )
     return west, south, east, north
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from sloop_ppl.eval._bootstrap import clustered_interval
 from sloop_ppl.eval._breakdown import breakdown
 from sloop_ppl.eval._facts import plain_word
 from sloop_ppl.eval.descriptions import AnnotatedDescription
+from sloop_ppl.eval.metrics import Metric, json_names, summarised
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description, parse
 from sloop_ppl.maps import CityMap, load_map
@@ -54,6 +55,8 @@ class ModelQuality:
         The same with 1 % of the uniform belief mixed in.
     scores
         One per target, in the order of the descriptions.
+    metrics
+        Name of a metric -> its mean, the median of a rank and of ``median_*``.
     """
 
     n: int
@@ -66,6 +69,7 @@ class ModelQuality:
     mean_log_score_mixed: float
     ci95_mixed: tuple[float, float]
     scores: tuple[ScoredTarget, ...] = ()
+    metrics: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,8 @@ class BeliefQuality:
         The same with 1 % of the uniform belief mixed into every model.
     cv
         ``"city"`` when models were refitted without the line's city, else None.
+    sets
+        Name of a file -> the same of its descriptions alone; empty when there is one file.
     """
 
     relations: Relations
@@ -100,6 +106,7 @@ class BeliefQuality:
     paired: Mapping[str, PairedDifference]
     paired_mixed: Mapping[str, PairedDifference]
     cv: str | None = None
+    sets: Mapping[str, BeliefQuality] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval quality --json`` prints."""
@@ -116,6 +123,11 @@ class BeliefQuality:
                     "hpd90_coverage": quality.hpd90_coverage,
                     "mean_log_score_1pct": quality.mean_log_score_mixed,
                     "ci95_1pct": list(quality.ci95_mixed),
+                    **{
+                        key: quality.metrics[metric]
+                        for metric, key in json_names(quality.metrics).items()
+                        if key not in _OWN_KEYS
+                    },
                     **breakdown(quality.scores),
                 }
                 for name, quality in self.models.items()
@@ -123,7 +135,17 @@ class BeliefQuality:
             "paired": _paired_json(self.paired),
             "paired_1pct": _paired_json(self.paired_mixed),
             "cv": self.cv,
+            "metrics": list(json_names(next(iter(self.models.values())).metrics).values()),
+            **(
+                {"sets": {name: one.to_json() for name, one in self.sets.items()}}
+                if self.sets
+                else {}
+            ),
         }
+
+
+_OWN_KEYS = ("mean_log_score", "median_rank", "expected_distance_m")
+"""Keys of the metrics that are fields of `ModelQuality` too."""
 
 
 def _paired_json(paired: Mapping[str, PairedDifference]) -> dict[str, Any]:
@@ -141,6 +163,7 @@ def score_beliefs(
     relations: Relations = "gold",
     rng: np.random.Generator,
     progress: Callable[[str], None] | None = None,
+    metrics: Mapping[str, Metric] | None = None,
 ) -> BeliefQuality:
     """Infer where the targets of every description are under each model, and score it.
 
@@ -159,11 +182,14 @@ def score_beliefs(
         Draws the bootstrap.
     progress
         Called with a line per model, and of every collapse.
+    metrics
+        Name -> what is measured of each belief; those of `METRICS` when None.
 
     Returns
     -------
     BeliefQuality
-        A target of which nothing was read, or whose belief collapses, has the uniform belief.
+        A target of which nothing was read, or whose belief collapses, has the uniform belief, of
+        the line's area if it has one. Descriptions of several files are told file by file, too.
 
     Raises
     ------
@@ -186,11 +212,12 @@ def score_beliefs(
                 target,
                 annotated.map,
                 tuple(plain_word(relation.relation) for relation in annotated.about(target)),
-                score_belief(belief, city.grid, place),
+                score_belief(belief, city.grid, place, metrics),
+                annotated.source,
             )
             for annotated, city, utterance in read
             for (target, place), belief in zip(
-                annotated.targets.items(),
+                annotated.places(city.grid).items(),
                 beliefs_of(
                     annotated, utterance, city, model_for(model, annotated.map), progress
                 ).values(),
@@ -200,6 +227,29 @@ def score_beliefs(
         qualities[name] = summarise(scores, rng=rng)
         if progress:
             progress(f"{name}: {len(scores)} targets scored")
+    found = _compared(relations, qualities, rng)
+    sources = tuple(dict.fromkeys(annotated.source for annotated in labelled))
+    if len(sources) < 2:
+        return found
+    return replace(
+        found,
+        sets={
+            source: _compared(
+                relations,
+                {
+                    name: summarise([s for s in one.scores if s.source == source], rng=rng)
+                    for name, one in qualities.items()
+                },
+                rng,
+            )
+            for source in sources
+        },
+    )
+
+
+def _compared(
+    relations: Relations, qualities: Mapping[str, ModelQuality], rng: np.random.Generator
+) -> BeliefQuality:
     return BeliefQuality(
         relations,
         qualities,
@@ -227,14 +277,14 @@ def to_score(
         )
     if relations == "parsed":
         return labelled
-    told = [annotated for annotated in labelled if annotated.has_gold]
-    if not told:
+    with_gold = [annotated for annotated in labelled if annotated.has_gold]
+    if not with_gold:
         raise InputError(
             "No description has gold 'relations'; score what the parser reads with --parsed"
         )
-    if progress and len(told) < len(labelled):
-        progress(f"{len(labelled) - len(told)} lines without gold relations passed over")
-    return told
+    if progress and len(with_gold) < len(labelled):
+        progress(f"{len(labelled) - len(with_gold)} lines without gold relations passed over")
+    return with_gold
 
 
 def model_for(
@@ -267,8 +317,13 @@ def beliefs_of(
     model: ObservationModel,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return target -> belief of each target of a description, in its order, shape (H, W)."""
-    uniform = np.full(city.grid.shape, 1 / city.grid.size)
+    """Return target -> belief of each target of a description, in its order, shape (H, W).
+
+    It is that of the line's area, and 0 outside.
+    """
+    area = annotated.search_area(city.grid)
+    inside = np.ones(city.grid.shape, dtype=bool) if area is None else area.cells
+    uniform = np.where(inside, 1 / inside.sum(), 0.0)
     beliefs = dict.fromkeys(annotated.targets, uniform)
     places = {target: (place.x_m, place.y_m) for target, place in annotated.targets.items()}
     if model.needs_truth:  # it is told the place, whatever was read
@@ -276,7 +331,7 @@ def beliefs_of(
     elif not description.relations:
         return beliefs
     try:
-        posterior, _ = infer_description(description, city, model, truth=places)
+        posterior, _ = infer_description(description, city, model, truth=places, area=area)
     except BeliefCollapse as error:
         if progress:
             progress(f"{annotated.id}: {error}; scored as uniform")
@@ -302,6 +357,10 @@ def summarise(scores: Sequence[ScoredTarget], *, rng: np.random.Generator) -> Mo
         mean_log_score_mixed=float(mixed.mean()),
         ci95_mixed=_interval(mixed, scores, rng),
         scores=tuple(scores),
+        metrics={
+            name: summarised(name, [score.metrics[name] for score in each])
+            for name in each[0].metrics
+        },
     )
 
 

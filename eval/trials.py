@@ -223,11 +223,12 @@ def run_trial(
     -----
     The start and the noise of the environment are drawn from streams named after description,
     target and number of the start, so that every model, range and planner meets the same ones.
+    The start of a line with ``area_m`` lies in that area.
     Cells that the belief excludes altogether count as 1e-15.
     """
     from sloop_ppl.planning import run_search  # takes a second to import
 
-    place = annotated.targets[key.target]
+    place, area = annotated.targets[key.target], annotated.search_area(city.grid)
     rng = child(
         np.random.default_rng(searching.seed), "trial", key.description, key.target, key.start
     )
@@ -238,6 +239,7 @@ def run_trial(
         planner=searching.planner,
         config=searching.config(key.range_cells),
         rng=rng,
+        start_area=None if area is None else area.cells,
     )
 
 

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
-from sloop_ppl.maps import CityMap, from_geojson, to_geojson
+from sloop_ppl.maps import CityMap, SearchArea, from_geojson, search_area, to_geojson
 from sloop_ppl.models import (
     ObservationModel,
     ground_description,
@@ -45,6 +46,9 @@ _SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1,
 """Section of a file -> its version. A reader refuses versions it does not know, section by
 section, and passes over sections it does not know, so that a later latent needs no new format."""
 
+_AREA = {"area": 1}
+"""The section of a file whose posterior has a search area; without it the area is the map."""
+
 
 @dataclass(frozen=True, eq=False)
 class StoredPosterior:
@@ -58,6 +62,8 @@ class StoredPosterior:
         Target -> log prior over cells, and log likelihood of what was sensed, shape (S,) each.
     factors
         The descriptions, weighed.
+    area
+        Where targets are searched for; the whole map when None.
     """
 
     city: CityMap
@@ -66,6 +72,7 @@ class StoredPosterior:
     log_prior: Mapping[str, Table]
     factors: tuple[DescriptionFactor, ...]
     log_sensed: Mapping[str, Table]
+    area: SearchArea | None = None
 
 
 def to_dataset(
@@ -113,7 +120,7 @@ def to_dataset(
         attrs={
             "title": _TITLE,
             "format": _FORMAT,
-            "sections": json.dumps(_SECTIONS),
+            "sections": json.dumps({**_SECTIONS, **(_AREA if parts.area else {})}),
             "map": parts.city.name,
             "map_digest": parts.city.digest,
             "model": parts.model.name,
@@ -128,6 +135,7 @@ def to_dataset(
             ),
             "truths": json.dumps([f.data.truths for f in parts.factors]),
             "map_geojson": json.dumps(to_geojson(parts.city)),
+            **({"area_wkt": parts.area.polygon.wkt} if parts.area else {}),
         },
     )
 
@@ -210,7 +218,7 @@ def _texts(written: Any) -> list[str]:
 def _check_sections(found: Any) -> None:
     if not isinstance(found, dict):
         raise InputError(f"its list of sections is {found!r}; expected names with versions")
-    for name, version in _SECTIONS.items():
+    for name, version in (_SECTIONS | {n: v for n, v in _AREA.items() if n in found}).items():
         if found[name] != version:
             raise InputError(
                 f"its section '{name}' has version {found[name]}; expected {version}; read it with "
@@ -248,7 +256,18 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
         log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
         factors=tuple(factors),
         log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
+        area=_area(data.attrs.get("area_wkt"), city),
     )
+
+
+def _area(wkt: Any, city: CityMap) -> SearchArea | None:
+    if wkt is None:
+        return None
+    try:
+        polygon = shapely.from_wkt(str(wkt))
+    except shapely.errors.ShapelyError as error:
+        raise InputError(f"its area is no polygon: {error}") from error
+    return search_area(polygon, city.grid)
 
 
 def _settings(factor: DescriptionFactor) -> int:

@@ -16,7 +16,7 @@ from sloop_ppl.inference.factors import check_description, weigh
 from sloop_ppl.inference.posterior import Posterior, check_possible
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.language import Description
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, search_area
 from sloop_ppl.models import (
     GroundedRelation,
     ObservationModel,
@@ -44,6 +44,7 @@ def infer_description(
     truth: Mapping[str, tuple[float, float]] | None = None,
     do: Mapping[str, Any] | None = None,
     rng: np.random.Generator | None = None,
+    area: Any = None,
 ) -> tuple[Posterior, InferenceInfo]:
     """Return the posterior over the cell of each target, and how it was found.
 
@@ -65,7 +66,8 @@ def infer_description(
     chosen, method = intervene(preset(model), do), engine_of(engine)
     check_description(description, city)
     targets = tuple(target.id for target in description.targets)
-    log_prior = log_priors(prior, targets, city)
+    searched = None if area is None else search_area(area, city.grid)
+    log_prior = log_priors(prior, targets, city, searched)
     factor = weigh((description,), city, chosen, method, log_prior, truth=truth, rng=rng)
     posterior = Posterior(
         city=city,
@@ -74,6 +76,7 @@ def infer_description(
         log_prior=log_prior,
         factors=(factor,),
         log_sensed=dict.fromkeys(targets, np.zeros(city.grid.size)),
+        area=searched,
     )
     check_possible(posterior, description)
     info = InferenceInfo(
@@ -95,6 +98,7 @@ def infer_batch(
     model: str | ObservationModel = "bayes",
     *,
     prior: Any = None,
+    area: Any = None,
 ) -> tuple[dict[str, NDArray[np.float64]], ...]:
     """Return the beliefs that each description alone gives, by the exact engine.
 
@@ -108,6 +112,8 @@ def infer_batch(
         A model's name, or an ObservationModel.
     prior
         The same belief before each; see :func:`sloop_ppl.inference.log_priors`.
+    area
+        Where targets are searched for; see :func:`sloop_ppl.maps.search_area`.
 
     Returns
     -------
@@ -141,11 +147,12 @@ def infer_batch(
             f"Model '{chosen.name}' needs to be told where the targets are; infer each description "
             "by itself"
         )
+    searched = None if area is None else search_area(area, city.grid)
     coupled = chosen.shared_frames or bool(latents_of(chosen))
     coupled = coupled or any(ground_target_relations((d,), city, chosen) for d in descriptions)
     if coupled or not all(description.is_certain for description in descriptions):
         each = [
-            infer_description(description, city, chosen, prior=prior)[0]
+            infer_description(description, city, chosen, prior=prior, area=searched)[0]
             for description in descriptions
         ]
         return tuple({target: p.belief(target) for target in p.targets} for p in each)
@@ -159,7 +166,7 @@ def infer_batch(
     for d, description in enumerate(descriptions):
         grounded = ground_description(description, city, chosen)
         rows |= {f"{d}:{target}": relations for target, relations in grounded.items()}
-        priors += list(log_priors(prior, tuple(grounded), city).values())
+        priors += list(log_priors(prior, tuple(grounded), city, searched).values())
     if not rows:
         return ()
     data = program_data(rows, city, chosen, torch.from_numpy(np.stack(priors)))

@@ -61,7 +61,7 @@ from sloop_ppl.inference.summaries import (
     probability_in,
 )
 from sloop_ppl.language import Description, SpatialRelation
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, SearchArea
 from sloop_ppl.models import GroundedRelation, Latent, ObservationModel, PairKernel
 from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.simulation import Simulated, speaker_of
@@ -99,6 +99,9 @@ class Posterior:
         Target -> log likelihood of all that was sensed, shape (S,).
     info
         How the last inference went.
+    area
+        Where targets are searched for: they are nowhere else, whatever is said or sensed later.
+        The whole map when None.
 
     Notes
     -----
@@ -117,6 +120,7 @@ class Posterior:
     factors: tuple[DescriptionFactor, ...]
     log_sensed: Mapping[str, Table]
     info: InferenceInfo | None = None
+    area: SearchArea | None = None
     _beliefs: dict[str, Table] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
@@ -654,7 +658,8 @@ class Posterior:
         Parameters
         ----------
         description
-            What is said now. Targets not known so far start from a uniform prior. Of a speaker who
+            What is said now. Targets not known so far start from a uniform prior over the
+            area. Of a speaker who
             has spoken before (`Description.speaker`) it makes what was said one longer
             description; any other speaker is independent of those before.
         rng
@@ -677,7 +682,7 @@ class Posterior:
                 f"'{description.text}' says nothing of any target; expected at least one relation"
             )
         targets = tuple(target.id for target in description.targets)
-        uniform = log_priors(None, targets, self.city)
+        uniform = log_priors(None, targets, self.city, self.area)
         nothing = dict.fromkeys(targets, np.zeros(self.city.grid.size))
         before = {**self.log_prior, **{t: uniform[t] for t in targets if t not in self.targets}}
         known = next((f for f in self.factors if f.is_by(description.speaker)), None)
@@ -777,12 +782,19 @@ class Posterior:
             log_prior=parts.log_prior,
             factors=parts.factors,
             log_sensed=parts.log_sensed,
+            area=parts.area,
         )
 
     @property
     def _parts(self) -> StoredPosterior:
         return StoredPosterior(
-            self.city, self.model, self.method, self.log_prior, self.factors, self.log_sensed
+            self.city,
+            self.model,
+            self.method,
+            self.log_prior,
+            self.factors,
+            self.log_sensed,
+            self.area,
         )
 
     @property

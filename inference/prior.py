@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.maps import CityMap, Grid, SearchArea
 from sloop_ppl.models import cell_prior
 
 __all__ = ["log_priors"]
 
 
-def log_priors(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, NDArray[np.float64]]:
+def log_priors(
+    prior: Any, targets: Sequence[str], city: CityMap, area: SearchArea | None = None
+) -> dict[str, NDArray[np.float64]]:
     """Return target -> log prior over cells, shape (S,).
 
     Parameters
@@ -29,15 +31,20 @@ def log_priors(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, N
         Ids of the targets.
     city
         The map.
+    area
+        Where targets are searched for; a target is nowhere else. The whole map when None.
 
     Raises
     ------
     InputError
-        When a table has the wrong shape, a negative, NaN or infinite weight, or no positive one;
-        when a file cannot be read or is of another map.
+        When a table has the wrong shape, a negative, NaN or infinite weight, or no positive one,
+        or none in the area; when a file cannot be read or is of another map.
     UnknownName
         When a mapping names a target that is not there, or there is no prior of a name.
     """
+    if area is not None:
+        whole = log_priors(prior, targets, city)
+        return {target: area.log_restricted(table) for target, table in whole.items()}
     if not isinstance(prior, Mapping):
         return _for_each(prior, targets, city)
     for name in prior:

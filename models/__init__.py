@@ -49,6 +49,10 @@ if TYPE_CHECKING:
     from sloop_ppl.models.pair_kernel import PairKernel
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
+    from sloop_ppl.models.referent_gaussian import (
+        REFERENT_GAUSSIAN,
+        UNFITTED_REFERENT_GAUSSIAN,
+    )
     from sloop_ppl.models.simulation import SPEAKER, simulate, speaker_of
     from sloop_ppl.models.tuning import load_parameters, with_parameters
     from sloop_ppl.models.user import load_model
@@ -61,9 +65,11 @@ __all__ = [
     "FRAME_PRIORS",
     "LIKELIHOODS",
     "PRESETS",
+    "REFERENT_GAUSSIAN",
     "REGIONS",
     "SPEAKER",
     "UNFITTED_BAYES",
+    "UNFITTED_REFERENT_GAUSSIAN",
     "VARIANTS",
     "CellPrior",
     "Component",
@@ -136,6 +142,7 @@ _HOMES = {
     "pair_kernel": ("PairKernel",),
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
+    "referent_gaussian": ("REFERENT_GAUSSIAN", "UNFITTED_REFERENT_GAUSSIAN"),
     "simulation": ("SPEAKER", "simulate", "speaker_of"),
     "tuning": ("load_parameters", "with_parameters"),
     "user": ("load_model",),

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 __all__ = ["CELL_PRIOR_NAMES", "FRAME_PREDICTOR_NAMES", "LIKELIHOOD_NAMES", "PRESET_NAMES"]
 
-PRESET_NAMES = ("uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4", "bayes")
+PRESET_NAMES = (
+    "uniform",
+    "keyword",
+    "informed",
+    "sloop",
+    "sloop-m2",
+    "sloop-m4",
+    "bayes",
+    "referent-gaussian",
+)
 """Every model, in the order in which they are listed."""
 
 LIKELIHOOD_NAMES = (
     "attention-vector-sum",
     "box",
+    "gaussian-displacement",
     "gaussian-clipped",
     "gaussian-cosine",
     "neural",

@@ -11,6 +11,10 @@ from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import FRAME_PREDICTORS, PredictedSpread
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import ObservationModel
+from sloop_ppl.models.referent_gaussian import (
+    REFERENT_GAUSSIAN,
+    UNFITTED_REFERENT_GAUSSIAN,
+)
 from sloop_ppl.models.tuning import load_parameters, with_parameters
 
 __all__ = ["BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"]
@@ -95,13 +99,15 @@ def fitting_note(model: ObservationModel) -> str | None:
 
 
 def unfitted(model: ObservationModel) -> ObservationModel:
-    """Return where a fit of a model starts: `bayes` before its own fit, any other as it is.
+    """Return where a fit of a model starts: a fitted preset before its fit, others as they are.
 
     What was learnt from a city must not leak into a fit that leaves that city out, so a model
     with another likelihood gives back what it has `borrowed` of `bayes`.
     """
     if model == BAYES:
         return UNFITTED_BAYES
+    if model == REFERENT_GAUSSIAN:
+        return UNFITTED_REFERENT_GAUSSIAN
     names = borrowed(model)
     if not names:
         return model

@@ -1,4 +1,4 @@
-"""The paper's six methods and ours, by name."""
+"""The paper's six methods, ours and a comparator, by name."""
 
 from __future__ import annotations
 
@@ -278,3 +278,4 @@ _register(
     Component("near", 0.05, combine="sum", read_as="near"),
 )
 PRESETS.add_later("bayes", "sloop_ppl.models.bayes", "BAYES")
+PRESETS.add_later("referent-gaussian", "sloop_ppl.models.referent_gaussian", "REFERENT_GAUSSIAN")

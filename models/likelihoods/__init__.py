@@ -16,6 +16,7 @@ from sloop_ppl.models.likelihoods._parameters import (
 )
 from sloop_ppl.models.likelihoods.attention import AttentionVectorSumLikelihood
 from sloop_ppl.models.likelihoods.box import BoxLikelihood
+from sloop_ppl.models.likelihoods.displacement import DisplacementLikelihood
 from sloop_ppl.models.likelihoods.gaussian import GaussianLikelihood
 from sloop_ppl.models.likelihoods.neural import NeuralLikelihood
 from sloop_ppl.models.likelihoods.student import StudentVonMisesLikelihood
@@ -25,6 +26,7 @@ __all__ = [
     "AttentionVectorSumLikelihood",
     "BoxLikelihood",
     "ClosedFormMarginal",
+    "DisplacementLikelihood",
     "GaussianLikelihood",
     "NeuralLikelihood",
     "Parameter",

@@ -13,7 +13,7 @@ from sloop_ppl.bridge.relation_text import (
     percent,
     reading_lines,
 )
-from sloop_ppl.language import Description, SpatialRelation
+from sloop_ppl.language import HEARER, NOT_ON_MAP, Description, SpatialRelation
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
@@ -32,27 +32,59 @@ __all__ = [
 ]
 
 
+_LEAST_SHARE = 0.005  # a share that would be shown as 0.00 is not
+
+
 def relation_table(description: Description) -> Table:
     """Return the relations of a description with the words each was read from."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("figure", "relation", "ground", "read from"):
+    for name in ("figure", "relation", "ground", "sure", "read from"):
         table.add_column(name, overflow="fold")
     for relation in description.relations:
         word = f"not {relation.relation}" if relation.negated else relation.relation
         if distance := distance_in_words(relation):
             word += f" ({distance})"
+        if relation.either is not None and relation.either[1] > 0:
+            word = f"or {word}"
         table.add_row(
-            relation.figure, word, ", ".join(relation.grounds), _words(description, relation)
+            relation.figure,
+            word,
+            " and ".join(_referents(relation, i) for i in range(len(relation.grounds))),
+            f"{relation.confidence:.2f}",
+            _words(description, relation),
         )
     for missed in description.unresolved:
-        table.add_row("[dim]?[/]", "", "", _missed(missed.text, missed.candidates))
+        status = "?" if missed.status == "unknown" else missed.status
+        near = missed.candidates if missed.status == "unknown" else ()
+        table.add_row(f"[dim]{status}[/]", "", "", "", _missed(missed.text, near))
     return table
+
+
+def _referents(relation: SpatialRelation, index: int) -> str:
+    """Return what one ground may be: the place, or the likeliest places with their shares."""
+    slot = relation.slot(index)
+    if relation.each or len(slot) == 1:
+        return _referent(relation.grounds[index])
+    slot = tuple(c for c in slot if c.probability >= _LEAST_SHARE)
+    shares = [f"{_referent(c.ground or NOT_ON_MAP)} {c.probability:.2f}" for c in slot[:3]]
+    others = slot[3:]
+    if others:
+        shares.append(f"{len(others)} others {sum(c.probability for c in others):.2f}")
+    return ", ".join(shares)
+
+
+def _referent(ground: str) -> str:
+    return {NOT_ON_MAP: "not on this map", HEARER: "the hearer"}.get(ground, ground)
 
 
 def unresolved_lines(posterior: Posterior) -> list[str]:
     """Return a line for each name or cue that found no home."""
     return [
-        f"not understood: {_missed(missed.text, missed.candidates)}"
+        (
+            f"not understood: {_missed(missed.text, missed.candidates)}"
+            if missed.status == "unknown"
+            else f"set aside ({missed.status}): “{missed.text}”"
+        )
         for description in posterior.descriptions
         for missed in description.unresolved
     ]

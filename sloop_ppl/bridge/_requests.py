@@ -12,7 +12,7 @@ from sloop_ppl.bridge.facade import infer, parse
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found
-from sloop_ppl.maps import load_map
+from sloop_ppl.maps import load_map, search_area
 from sloop_ppl.models import (
     ObservationModel,
     PredictedPoint,
@@ -81,6 +81,7 @@ def posterior_of(
     hearer: tuple[float, float] | None = None,
     truth: dict[str, tuple[float, float]] | None = None,
     rng: np.random.Generator | None = None,
+    area: str | None = None,
 ) -> Posterior:
     """Return the posterior of a sentence on a map, everything given by name or path.
 
@@ -94,6 +95,9 @@ def posterior_of(
         Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
     hearer
         Where who listens is, metres.
+    area
+        Where the targets are searched for, ``W,S,E,N`` or a GeoJSON file; see
+        :func:`sloop_ppl.maps.search_area`.
 
     Raises
     ------
@@ -103,13 +107,17 @@ def posterior_of(
     chosen, _ = model_of(model, variant, frames, params), ENGINES[engine]
     before = None if prior is None else cell_prior(prior)
     city = load_map(map_name)
+    searched = None if area is None else search_area(area, city.grid)
     declared = load_targets(targets) if targets else None
     utterance = parse(
         text, city, targets=declared, viewpoint=check_viewpoint(viewpoint), hearer=hearer
     )
     if not utterance.relations:
         raise no_relation_found(utterance, city, declared)
-    return infer(utterance, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng)
+    return infer(
+        utterance, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng,
+        area=searched,
+    )  # fmt: skip
 
 
 def saved_posterior(

@@ -47,6 +47,7 @@ class SearchRequest:
     prior: str | None = None
     viewpoint: str = "map"
     hearer: str | None = None
+    area: str | None = None
     posterior: Path | None = None
     utterances: tuple[str, ...] = ()
     planner: str = "fast"
@@ -168,7 +169,7 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
         request.text, request.map_name, targets=request.targets, model=request.model,
         variant=request.variant, engine=request.engine, frames=request.frames,
         params=request.params, prior=request.prior, viewpoint=request.viewpoint,
-        hearer=read_hearer(request.hearer), truth=places, rng=rng,
+        hearer=read_hearer(request.hearer), truth=places, rng=rng, area=request.area,
     )  # fmt: skip
 
 

@@ -74,6 +74,7 @@ def infer(
     do: Mapping[str, Any] | None = None,
     rng: np.random.Generator | None = None,
     hearer: tuple[float, float] | None = None,
+    area: Any = None,
 ) -> Posterior:
     """Infer where the targets of a description are.
 
@@ -101,6 +102,10 @@ def infer(
         Wanted by engines that draw, ignored by exact ones.
     hearer
         Where who listens is, x and y in metres; that of the description when None.
+    area
+        Where the targets are searched for, and nowhere else: west, south, east and north border in
+        metres; a shapely polygon; GeoJSON, as a mapping or the path of a file. The whole map when
+        None. What a phrase means is measured over the map as before.
 
     Returns
     -------
@@ -114,7 +119,8 @@ def infer(
     UnknownName
         For an unknown model, engine, map or ground.
     InputError
-        For a prior that is not one, a missing truth, or a description or map of another type.
+        For a prior that is not one, a missing truth, an area that is none or off the map, or a
+        description or map of another type.
     DescriptionError
         When a relation is to who listens, and `hearer` is not given or no place.
     BeliefCollapse
@@ -151,7 +157,7 @@ def infer(
     if not utterance.relations:
         raise no_relation_found(utterance, where)
     posterior, _ = infer_description(
-        utterance, where, model, engine, prior=prior, truth=truth, do=do, rng=rng
+        utterance, where, model, engine, prior=prior, truth=truth, do=do, rng=rng, area=area
     )
     return posterior
 

@@ -74,7 +74,8 @@ def search(
     sensor_range_cells
         How far the sensor sees, cells, >= 1.
     start
-        x and y in metres and, if given, heading in degrees; drawn when None.
+        x and y in metres and, if given, heading in degrees; drawn when None, within the area of
+        the posterior if it has one.
     rng
         Where start, imagined places, environment and planner draw from.
     config
@@ -231,6 +232,7 @@ def search_legs(
                 notify=notify,
                 on_observation=tracker.observe,
                 keep_beliefs=keep_beliefs,
+                start_area=None if posterior.area is None else posterior.area.cells,
             )
         except SearchInterrupted as stopped:
             stopped.episode = add(stopped.episode)

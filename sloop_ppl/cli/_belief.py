@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from sloop_ppl.cli._options import (
+    Area,
     Engine,
     Frames,
     Hearer,
@@ -38,6 +39,7 @@ def infer(
     prior: Prior = None,
     viewpoint: Viewpoint = "map",
     hearer: Hearer = None,
+    area: Area = None,
     out: Annotated[Path | None, typer.Option(help="Save the posterior, .nc.")] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the beliefs and what explains them, .png .pdf .svg.")
@@ -72,7 +74,7 @@ def infer(
     posterior = posterior_of(
         text, map_, targets=targets, model=model, variant=variant, engine=engine, frames=frames,
         params=params, prior=prior, viewpoint=viewpoint, hearer=read_hearer(hearer),
-        rng=np.random.default_rng(seed),
+        rng=np.random.default_rng(seed), area=area,
     )  # fmt: skip
     for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:

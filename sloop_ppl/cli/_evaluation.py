@@ -113,6 +113,13 @@ def quality(
     figure: Annotated[
         Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
     ] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A metric of your own, FILE.py:NAME, beside the others; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Score what models believe against where the targets are."""
@@ -130,6 +137,7 @@ def quality(
         cv=cv,
         fits=fits,
         progress=progress,
+        metrics=tuple(metric or ()),
     )
     if figure:
         draw_quality(found, figure)

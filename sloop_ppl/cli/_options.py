@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 __all__ = [
+    "Area",
     "Engine",
     "Epochs",
     "Files",
@@ -92,6 +93,14 @@ Hearer = Annotated[
     str | None,
     typer.Option(
         help='Where who listens is ("north of you"), x,y in metres; may be outside the map.',
+        show_default=False,
+    ),
+]
+Area = Annotated[
+    str | None,
+    typer.Option(
+        help="Where the targets are searched for: W,S,E,N in metres, or a .geojson file of a "
+        "polygon; else the whole map.",
         show_default=False,
     ),
 ]

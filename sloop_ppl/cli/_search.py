@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from sloop_ppl.cli._options import (
+    Area,
     Engine,
     Fov,
     Frames,
@@ -34,7 +35,7 @@ __all__ = ["search"]
 _WITH_REPLAY = ("replay", "map_", "figure", "animation", "json")
 _OF_THE_POSTERIOR = (
     "model", "variant", "engine", "frames", "params", "prior", "targets", "viewpoint",
-    "hearer",
+    "hearer", "area",
 )  # fmt: skip
 
 
@@ -63,6 +64,7 @@ def search(
     prior: Prior = None,
     viewpoint: Viewpoint = "map",
     hearer: Hearer = None,
+    area: Area = None,
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to go on from; TEXT adds to it.")
     ] = None,
@@ -147,7 +149,7 @@ def search(
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
-        prior=prior, viewpoint=viewpoint, hearer=hearer, posterior=posterior,
+        prior=prior, viewpoint=viewpoint, hearer=hearer, area=area, posterior=posterior,
         utterances=tuple(utterances or ()), planner=planner, sensor=sensor,
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,

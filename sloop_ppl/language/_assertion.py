@@ -108,6 +108,9 @@ def _asked(
             return first, first
         if leads:
             return first, last
+        for k in range(last - 2, start, -1):  # "I left it at Ivy, can you get it?"
+            if lows[k] == "," and lows[k + 1] in _words("asking") and last - k > 3:
+                return k + 1, last
         tagged = any(tuple(lows[last - len(t) : last]) == t for t in _forms("tags"))
         tagged = tagged or (
             last - first > 3 and lows[last - 2] in _words("asking") | {"don't", "can't"}
@@ -209,7 +212,7 @@ def _past(
         for k in range(first, last):
             cut = (words[k].kind == "mark" and words[k].low in ",:-–—") or lows[k] == "but"
             cut = cut or (
-                lows[k] == "and" and lows[k + 1 : k + 2] and lows[k + 1] in _words("subjects")
+                lows[k] == "and" and k + 1 < len(lows) and lows[k + 1] in _words("subjects")
             )
             cut = cut or _is(lows, k, ("and", "now")) or (lows[k] in ("now", "today") and k > begin)
             if cut and k > begin:

@@ -22,6 +22,8 @@ __all__ = ["Objects", "find_objects", "find_speaker", "own_cars"]
 _LONGEST_PHRASE = 5
 _LEADS_TO_PLACES = frozenset(("no", "less", "more", "where", "about", "around", "exactly"))
 _LOOK_AHEAD = 8  # words between "we" and what says where: "we are all still sitting right"
+_ON_THE_WAY = frozenset(("on", "over", "down", "up", "straight", "right", "directly"))
+_DEFINITE = frozenset(("the", "this", "that"))
 _CLAUSE_MARKS = frozenset(".;!?:,()[]-–—\n")
 
 
@@ -63,15 +65,7 @@ def find_speaker(norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMent
 
 def _reaches(norms: Sequence[str], at: int) -> bool:
     """Whether "come" is an invitation to a place: "come to the bank", "come over to Rumor"."""
-    while at < len(norms) and norms[at] in (
-        "on",
-        "over",
-        "down",
-        "up",
-        "straight",
-        "right",
-        "directly",
-    ):
+    while at < len(norms) and norms[at] in _ON_THE_WAY:
         at += 1
     following = norms[at] if at < len(norms) else ""
     return following in ("to", "by") and not any(w in ("from", "out") for w in norms[at - 1 : at])
@@ -106,6 +100,13 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
         )  # fmt: skip
         if be and starts and (norm not in states or _cue_at(norms, k, known)):
             return True
+        arrived = _words("arriving")
+        ahead = norms[k + 1] if k + 1 < len(norms) else ""
+        if (norm in ("have", "had") and ahead in arrived) or (
+            norm in arrived and _after_have(norms, k)
+        ):
+            be = True  # "I have pulled over on"
+            continue
         if norm in known.classes and "be" in known.classes[norm]:
             be = be or norm not in ("has", "have", "had", "seen", "found", "spotted")
             if (
@@ -122,6 +123,11 @@ def _says_where(norms: Sequence[str], taken: Sequence[bool], at: int, known: Lex
             continue
         return False
     return False
+
+
+def _after_have(norms: Sequence[str], k: int) -> bool:
+    """Whether "have" stands before a word."""
+    return k > 0 and (norms[k - 1] in ("have", "had") or norms[k - 1].endswith("'ve"))
 
 
 def _cue_at(norms: Sequence[str], at: int, known: Lexicon) -> bool:
@@ -201,6 +207,17 @@ def find_objects(
     # A phrase without a role is an object where the same words have one elsewhere: "next to Tom.
     # Tom is on a bench", "in my truck".
     found += [mention for mention in waiting if mention.candidates[0] in objects]
+    longer = {
+        _bare(norms[m.last - 1]): m for m in waiting if m.last - m.first > 1 and m not in found
+    }
+    for k, mention in enumerate(found):  # "the security guard. The guard is at ..."
+        full = longer.get(_bare(norms[mention.last - 1]))
+        if full is not None and mention.last == mention.first + 1 and full.first < mention.first:
+            short = objects.pop(mention.candidates[0], None)
+            if short is not None:
+                objects[full.candidates[0]] = replace(short, id=full.candidates[0])
+                found[k] = replace(mention, candidates=full.candidates)
+                found.append(full)
     found = _same_heads(norms, found, objects)
     found += [m for m in given.values() if not any(f.first <= m.first < f.last for f in found)]
     return Objects(tuple(sorted(found, key=lambda m: m.first)), tuple(objects.values()))
@@ -211,24 +228,19 @@ def _same_heads(
 ) -> list[FigureMention]:
     """Return mentions with "the guard" as the security guard that was spoken of before."""
     kept: list[FigureMention] = []
+    full: dict[str, list[str]] = {}  # head -> the objects that it was said of with other words
     for mention in sorted(found, key=lambda m: m.first):
         head = _bare(norms[mention.last - 1])
-        alone = mention.last == mention.first + 1 and norms[mention.first - 1] in (
-            "the",
-            "this",
-            "that",
-        )
-        ids = [
-            m.candidates[0]
-            for m in kept
-            if m.candidates[0] in objects
-            and _bare(norms[m.last - 1]) == head
-            and m.last - m.first > 1
-        ]
+        alone = mention.last == mention.first + 1 and norms[mention.first - 1] in _DEFINITE
+        ids = full.setdefault(head, [])
+        while ids and ids[-1] not in objects:
+            ids.pop()
         if alone and mention.first and ids and mention.candidates[0] in objects:
-            objects.pop(mention.candidates[0], None)
+            del objects[mention.candidates[0]]
             mention = replace(mention, candidates=(ids[-1],))
         kept.append(mention)
+        if mention.last - mention.first > 1:
+            ids.append(mention.candidates[0])
     return kept
 
 
@@ -296,6 +308,7 @@ class _ObjectFinder:
                 found.append(phrase)
                 i = phrase.last
         self.ends = frozenset(self.norms[p.last - 1] for p in found if p.role)
+        found = self._appositions(found)
         for k in range(len(found) - 1, 0, -1):  # "the ladder, the hose and the axe are in ..."
             before, after = found[k - 1], found[k]
             start = after.first - bool(after.lead)
@@ -307,6 +320,28 @@ class _ObjectFinder:
             ):
                 found[k - 1] = replace(before, role=True)
         return found
+
+    def _appositions(self, found: list[_Phrase]) -> list[_Phrase]:
+        """Return phrases with "Biscuit, our beagle, was ..." as one, the name."""
+        kept: list[_Phrase] = []
+        for phrase in found:
+            before = kept[-1] if kept else None
+            named = before is not None and not before.lead and self._starts_clause(before.first)
+            start = phrase.first - bool(phrase.lead)
+            explains = (
+                named
+                and before is not None
+                and phrase.lead not in ("", "the")
+                and self.norms[before.last : start] == [","]
+                and self.norms[phrase.last : phrase.last + 1] == [","]
+                and self.norms[phrase.last + 1 : phrase.last + 2]
+                and self.norms[phrase.last + 1] in self.known.words_of("be")
+            )
+            if explains and before is not None:
+                kept[-1] = replace(before, role=True)
+            else:
+                kept.append(phrase)
+        return kept
 
     def _listed(self, first: int, last: int) -> bool:
         """Whether only a comma or "and" stands between two phrases."""
@@ -496,6 +531,8 @@ class _ObjectFinder:
             return (
                 bool(lead) or named or self.norms[last - 1].endswith("s") or self._cue_starts(last)
             )
+        if before in _words("addressing"):
+            return False  # "tell Dave the truck is"
         if before in ("of", "to", "from") and self._turned(start):
             return True
         prepositions = before in known.longest_cues or before in _words("prepositions")
@@ -654,10 +691,8 @@ class _ObjectFinder:
             return True
         if norm in known.words_of("ordinary_verbs"):
             onward = at + 1
-            if onward < len(self.norms) and self.norms[onward] in _words("object_particles") | {
-                "off",
-                "into",
-            }:
+            particles = _words("object_particles") | {"off", "into"}
+            if onward < len(self.norms) and self.norms[onward] in particles:
                 onward += 1
             stuck = self.norms[onward] if onward < len(self.norms) else ""
             if stuck in known.words_of("be") or (stuck.endswith("ed") and norm in ("got", "gets")):

@@ -36,6 +36,7 @@ class _Clause:
     span: tuple[int, int] = (0, 0)
     named: bool = False  # a figure was named in this sentence
     subject: tuple[Ground, ...] = ()  # landmarks are the subject
+    carried: bool = False  # the figure was brought to another place
     acted: bool = False  # something was done before any object was named
     moving: bool = False  # the figure moves: where it passes is not where it is
     seen: tuple[Ground, ...] = ()  # a landmark that someone sees
@@ -239,7 +240,8 @@ class _Walk:
 
     def _on_which(self, at: int) -> int:
         before = at - 2 if self.reader.kind(at - 1) == "comma" else at - 1
-        if self.reader.kind(before) == "landmark" or self.reader.value(at) == "whose":
+        whose = self.reader.value(at) == "whose" and not self._acts(at)
+        if self.reader.kind(before) == "landmark" or whose:
             self.clause.aside, self.clause.aside_used = True, False
         elif self.reader.kind(before) == "figure":
             mention: FigureMention = self.reader.chunks[before].value
@@ -248,6 +250,16 @@ class _Walk:
             if ids and not set(ids) <= set(self.clause.figures):
                 self._subject(ids, (chunk.first, chunk.last), joins=False)
         return at + 1
+
+    def _acts(self, at: int) -> bool:
+        """Whether a verb stands before "is": "whose front wheel came off is", "whose owner is"."""
+        verbs = lexicon().words_of("ordinary_verbs")
+        for k in range(at + 1, at + 8):
+            if self.reader.kind(k) in ("be", "stop", "end"):
+                return False
+            if self.reader.value(k) in verbs:
+                return True
+        return False
 
     def _on_too(self, at: int) -> int:
         """Read "the green car is too": what was said of another figure holds again."""
@@ -283,7 +295,24 @@ class _Walk:
         self._give(phrase, self.clause.figures, self.clause.span, 0.7)
         return after
 
+    def _on_to(self, at: int) -> int:
+        """Read "the stage was moved from Ivy to Rumor": it is at the second."""
+        clause = self.clause
+        if not (clause.carried and clause.named):
+            return at
+        got = self.reader.read(at + 1)
+        if got is None or got[0].kind != "landmark":
+            return at
+        chunk = self.reader.chunks[at]
+        phrase = RelationPhrase(("at",), (got[0],), (chunk.first, chunk.last), got[0].last)
+        clause.carried = False
+        self._give(phrase, clause.figures, clause.span, 0.8)
+        return got[1]
+
     def _on_route(self, at: int) -> int:
+        ours = self.clause.named and self.clause.figures == (SPEAKER,)
+        if ours and self.reader.value(at) in ("get", "come", "go"):
+            return at + 1  # "let's all get together at"
         if self.reader.kind(at + 1) == "dir" and self._meets(at + 2):
             chunk = self.reader.chunks[at + 1]  # "head east and meet me": east of who listens
             cue = chunk.first, chunk.last
@@ -395,15 +424,11 @@ class _Walk:
             return at + 1
         ground, after = got
         onward = self.reader.past(after, "skip", "none")
-        if (
-            self.clause.pending
-            and (
-                seen
-                or "be"
-                in (self.reader.kind(at - 1), self.reader.kind(at - 2), self.reader.kind(at - 3))
-            )
-            and self._waits_for_place(ground)
-        ):
+        before = [self.reader.kind(k) for k in range(at - 3, at)]
+        replaces = self.correcting or (self.alternative and "or" in before)
+        if replaces and ground.kind == "landmark" and self._replaces(ground, after - 1):
+            return after
+        if self.clause.pending and (seen or "be" in before) and self._waits_for_place(ground):
             return after
         leads = seen or self.reader.kind(onward) in ("be", "neg") or self._introduced(at, after)
         if leads and not self.clause.pending:
@@ -592,6 +617,7 @@ class _Walk:
             self._refer(ids[:1] if word == "former" else ids[-1:], at)
         elif word in lexicon().words_of("ordinary_verbs"):
             self.clause.open = False
+            self.clause.carried = self.clause.carried or word in lexicon().words_of("carrying")
             self.clause.moving = self.clause.moving or word in lexicon().words_of("motion_verbs")
             self.clause.acted = self.clause.acted or not self.clause.named
         elif not self.figures.open_ended:
@@ -700,7 +726,11 @@ class _Walk:
         """Read "there's a skip, we are behind that": the object named since the last place."""
         about = phrase.grounds[0]
         words = self.lows[about.first : about.last]
-        if about.kind != "landmark" or not words or words[-1] not in ("it", "that", "him", "her"):
+        if words and words[-1] in ("him", "her") and about.kind in ("landmark", "unknown"):
+            who = tuple(i for i in self.figures.person() if i not in self.clause.figures)
+            ground = Ground("figure", about.first, about.last, who, confidence=0.8)
+            return replace(phrase, grounds=(ground, *phrase.grounds[1:])) if who else phrase
+        if about.kind != "landmark" or not words or words[-1] not in ("it", "that"):
             return phrase
         recent = self.reader.grounds[-_RECENT:]
         place = max((g.last for g in recent if g.last <= phrase.cue[0]), default=0)

@@ -98,7 +98,7 @@ def _past(chunks: Items, at: int, *kinds: str) -> int:
     return at
 
 
-def _said(chunks: Items, words: Sequence[Word], at: int) -> str:
+def _word_at(chunks: Items, words: Sequence[Word], at: int) -> str:
     """Return the single word of an item, nothing for longer ones."""
     if not 0 <= at < len(chunks) or chunks[at].last != chunks[at].first + 1:
         return ""
@@ -113,7 +113,7 @@ def _as(chunks: Items, at: int, kind: str, value: object = None) -> None:
 def _where_they_meet(chunks: Items, words: Sequence[Word]) -> None:
     """Read "where A meets B", "where A and B cross" as "the junction of A and B"."""
     for i, chunk in enumerate(chunks):
-        point = _said(chunks, words, i) in _POINTS and _kind(chunks, i - 1) == "det"
+        point = _word_at(chunks, words, i) in _POINTS and _kind(chunks, i - 1) == "det"
         if chunk.kind != "where" and not point:
             continue
         first = _past(chunks, i + 1, *_SMALL)
@@ -133,7 +133,7 @@ def _where_they_meet(chunks: Items, words: Sequence[Word]) -> None:
         if not _meets(chunks, words, verb):
             continue
         second = verb + 1
-        while _said(chunks, words, second) in _INTO:
+        while _word_at(chunks, words, second) in _INTO:
             second += 1
         if _kind(chunks, _past(chunks, second, *_SMALL)) not in ("landmark", "place"):
             continue
@@ -150,12 +150,12 @@ def _where_they_meet(chunks: Items, words: Sequence[Word]) -> None:
 
 
 def _meets(chunks: Items, words: Sequence[Word], at: int) -> bool:
-    return _said(chunks, words, at) in _MEETS
+    return _word_at(chunks, words, at) in _MEETS
 
 
 def _pointless(chunks: Items, words: Sequence[Word], at: int) -> None:
     """Pass over "the point" before "where A meets B"."""
-    if _said(chunks, words, at - 1) in _POINTS and _kind(chunks, at - 1) in ("word", "place"):
+    if _word_at(chunks, words, at - 1) in _POINTS and _kind(chunks, at - 1) in ("word", "place"):
         _as(chunks, at - 1, "skip")
 
 
@@ -168,7 +168,7 @@ def _crossing_with(chunks: Items, words: Sequence[Word]) -> None:
         joint = _past(chunks, first + 1, "place", "none")
         second = _past(chunks, joint + 1, *_SMALL)
         both = _kind(chunks, first) == _kind(chunks, second) == "landmark"
-        if both and _said(chunks, words, joint) in ("with", "at", "by", "x"):
+        if both and _word_at(chunks, words, joint) in ("with", "at", "by", "x"):
             _as(chunks, joint, "and", "and")
 
 
@@ -181,7 +181,7 @@ def _between_two(chunks: Items, words: Sequence[Word]) -> None:
         joint = _past(chunks, first + 1, "place", "none")
         second = _past(chunks, joint + 1, *_SMALL)
         both = _kind(chunks, first) == _kind(chunks, second) == "landmark"
-        if both and _said(chunks, words, joint) in ("with", "to", "/", "from"):
+        if both and _word_at(chunks, words, joint) in ("with", "to", "/", "from"):
             _as(chunks, joint, "and", "and")
 
 
@@ -208,7 +208,7 @@ def _stray_prepositions(chunks: Items, words: Sequence[Word]) -> None:
         if chunk.kind != "cue":
             continue
         stray = _kind(chunks, i + 1) in _STRAYS
-        second = _said(chunks, words, i + 1)
+        second = _word_at(chunks, words, i + 1)
         stray = stray or (second == "at" and words[chunk.last - 1].low in _NEVER_ALONE)
         stray = stray or (second == "with" and chunk.value.relation in ("next", "across"))
         ground = _past(chunks, i + 2, *_SMALL)
@@ -243,10 +243,10 @@ def _denied_bounds(chunks: Items, words: Sequence[Word]) -> None:
         far = _past(chunks, i + 1, "be", "skip")
         if chunk.kind != "neg" or _kind(chunks, far) != "distance":
             continue
-        said = chunks[far].value
-        number = said.stated_m is not None and far == i + 1
-        if said.high_m == math.inf or number:
-            distance = Distance(0.0, said.low_m, said.vagueness)
+        bound = chunks[far].value
+        number = bound.stated_m is not None and far == i + 1
+        if bound.high_m == math.inf or number:
+            distance = Distance(0.0, bound.low_m, bound.vagueness)
             _as(chunks, i, "skip")
             _as(chunks, far, "distance", distance)
     del words
@@ -257,9 +257,9 @@ def _measured_order(chunks: Items, words: Sequence[Word]) -> None:
     for i, chunk in enumerate(chunks):
         if chunk.kind != "distance":
             continue
-        said = _said(chunks, words, i + 1)
-        if said in ("after", "before"):
-            _as(chunks, i + 1, "cue", Cue("beyond" if said == "after" else "near"))
+        word = _word_at(chunks, words, i + 1)
+        if word in ("after", "before"):
+            _as(chunks, i + 1, "cue", Cue("beyond" if word == "after" else "near"))
         onward = _past(chunks, i + 1, "skip")
         way = _kind(chunks, onward) == "cue" and chunks[onward].value.relation in ("up", "down")
         if way and words[chunks[onward].last - 1].low == "from":  # "three blocks up from the bank"
@@ -284,7 +284,7 @@ def _side_without_cue(chunks: Items, words: Sequence[Word]) -> None:
         if chunk.kind != "landmark":
             continue
         part = _past(chunks, i + 1, "place", "none")
-        if _kind(chunks, part) != "part" or _said(chunks, words, part) not in ("side", "sides"):
+        if _kind(chunks, part) != "part" or _word_at(chunks, words, part) not in ("side", "sides"):
             continue
         apart = all(_kind(chunks, k) in ("comma", "end", "stop") for k in (i - 1, part + 1))
         if apart:
@@ -302,7 +302,7 @@ def _past_back(chunks: Items, at: int) -> int:
 def _is_parking(chunks: Items, words: Sequence[Word]) -> None:
     """Read "is parking behind" as "is behind": what one does is no place."""
     for i, chunk in enumerate(chunks):
-        parks = chunk.kind == "place" and _said(chunks, words, i) == "parking"
+        parks = chunk.kind == "place" and _word_at(chunks, words, i) == "parking"
         if parks and _kind(chunks, i - 1) == "be" and _kind(chunks, i + 1) in _LEADING:
             _as(chunks, i, "skip")
 
@@ -314,13 +314,7 @@ def _facing_away(chunks: Items, words: Sequence[Word]) -> None:
         if away and chunk.value.relation == "towards" and chunks[i + 1].value.negated:
             _as(chunks, i, "skip")
             _as(chunks, i + 1, "none")
-        turned = _said(chunks, words, i - 1) in (
-            "pointing",
-            "looking",
-            "turned",
-            "faces",
-            "pointed",
-        )
+        turned = _word_at(chunks, words, i - 1) in _TURNED
         if chunk.kind == "cue" and turned and words[chunk.first].low == "away":
             _as(chunks, i, "none")
 
@@ -343,10 +337,10 @@ def _clock_turned(chunks: Items, words: Sequence[Word]) -> None:
 def _no_dial(chunks: Items, words: Sequence[Word]) -> None:
     """Pass over "(is) the centre of a clock face", which is no place, where hours are said."""
     for i, chunk in enumerate(chunks):
-        if chunk.kind not in ("word", "place") or _said(chunks, words, i) not in _DIALS:
+        if chunk.kind not in ("word", "place") or _word_at(chunks, words, i) not in _DIALS:
             continue
         _as(chunks, i, "none")
-        if _said(chunks, words, i + 1) == "face":
+        if _word_at(chunks, words, i + 1) == "face":
             _as(chunks, i + 1, "none")
         for k in range(i - 1, max(-1, i - _FAR // 2), -1):
             if chunks[k].kind not in ("det", "of", "skip", "dir", "cue"):
@@ -374,7 +368,7 @@ def _crossings_without_words(
         on = joined and _past_back(chunks, first - 1)
         led = _kind(chunks, on) == "cue" and chunks[on].value.relation in ("on", "at", "in")
         at = joined and chunk.kind == "cue" and chunk.value.relation == "at"
-        if joined and (_said(chunks, words, i) in ("/", "x") or (at and led)):
+        if joined and (_word_at(chunks, words, i) in ("/", "x") or (at and led)):
             chunk = Chunk("and", chunk.first, chunk.last, "and")
             chunks[i] = chunk
         if joined and chunk.kind == "and":

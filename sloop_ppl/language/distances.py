@@ -79,6 +79,7 @@ _SIZES = frozenset(("full", "whole", "short", "long", "city", "little", "small",
 _DOTTED = frozenset(("m", "ft", "yd", "yds", "km", "min", "mins", "mi"))
 _MINUTES = frozenset(("minute", "minutes", "minute's", "min", "mins", "minutes'"))
 _WALKS = frozenset(("walk", "stroll", "walking", "foot", "away", "from", "on", "by"))
+_WALKING = _WALKS - {"away", "from"}
 _ALONG = frozenset(
     ("down", "up", "over", "along", "away", "in", "further", "farther", "on", "back")
 )
@@ -293,12 +294,12 @@ def _count(words: Sequence[Word], norms: Sequence[str], at: int) -> _Count | Non
         value = known[norms[at]]
         at += 1
     low = high = value
-    said = norms[at - 1]
-    if said in _SOME:
-        low, high = _SOME[said]
-    if said == "half" and norms[at : at + 1] in (["a"], ["an"], ["of"]):
+    norm = norms[at - 1]
+    if norm in _SOME:
+        low, high = _SOME[norm]
+    if norm == "half" and norms[at : at + 1] in (["a"], ["an"], ["of"]):
         at += 1
-    tens = said in known and 20 <= value < 100
+    tens = norm in known and 20 <= value < 100
     joint = at + 1 if norms[at : at + 1] == ["-"] else at
     ones = norms[joint] if joint < len(norms) and norms[joint] not in ("a", "an", *_SOME) else ""
     if tens and 1 <= known.get(ones, 0) < 10:
@@ -306,7 +307,7 @@ def _count(words: Sequence[Word], norms: Sequence[str], at: int) -> _Count | Non
         at = joint + 1
     if norms[at : at + 1] == ["hundred"]:
         low, high, at = low * 100, high * 100, at + 1
-    if said == "hundred" or norms[at - 1] == "hundred":
+    if norm == "hundred" or norms[at - 1] == "hundred":
         more = at + 1 if norms[at : at + 1] == ["and"] else at
         rest = known.get(norms[more], 0) if more < len(norms) else 0
         if 10 <= rest < 100:
@@ -375,14 +376,7 @@ def _walked(norms: Sequence[str], at: int) -> tuple[float, float, int] | None:
         at += 1
     if norms[at : at + 1] and norms[at] in _WALKS:
         last = at
-        while last < len(norms) and norms[last] in (
-            "walk",
-            "stroll",
-            "on",
-            "by",
-            "foot",
-            "walking",
-        ):
+        while last < len(norms) and norms[last] in _WALKING:
             last += 1
         return WALKED_IN_A_MINUTE_M, _WALKED, last
     return None

@@ -19,8 +19,6 @@ from sloop_ppl.language.words import Word
 
 __all__ = ["Ground", "GroundReader", "is_certain"]
 
-"""Id of the ground of "the top left of the map"; used where the map holds it."""
-
 _LONGEST_NAME = 8
 _FARTHEST = 12
 _DEEPEST = 6
@@ -30,9 +28,13 @@ _ANYTHING = ("building", "street")
 """Kinds of which a map is made: "on the road" says hardly more than nothing."""
 
 _AT_LARGE = {"a", "an", "any"}
+_STOP = 0.1
+"""Weight of a stop among places of its name that are none: by hand, one mention in ten."""
+
 _NONE_OF_WIDER = 0.5
 """Share of none on this map where it has only a wider kind: by hand, an even chance."""
 
+_BEFORE_NAMES = ("det", "skip", "possessive", "only", "same", "none")
 _INTO = ("of", "to", "houses", "from")
 _ONE = ("one", "ones")
 _SELECTING = ("ern", "most")
@@ -144,14 +146,7 @@ class GroundReader:
     def _read(self, at: int) -> tuple[Ground, int] | None:
         start = at
         definite = pointing = False
-        while at < start + _FARTHEST and self.kind(at) in (
-            "det",
-            "skip",
-            "possessive",
-            "only",
-            "same",
-            "none",
-        ):
+        while at < start + _FARTHEST and self.kind(at) in _BEFORE_NAMES:
             pointing = pointing or self.kind(at) == "same"
             definite = definite or self.chunks[at].value == "the" or pointing
             at += 1
@@ -218,6 +213,11 @@ class GroundReader:
     def _candidates(self, mention: LandmarkMention, chosen: int) -> tuple[Candidate, ...]:
         """Return what a name may mean, the landmark that was settled on first."""
         shares = dict(mention.shares) or {chosen: 1.0}
+        stops = {i for i in shares if self._is_stop(i)}
+        if stops and len(stops) < len(shares):  # stops have the name of what they are at
+            known = sum(shares.values())
+            shares = {i: p * (_STOP if i in stops else 1.0) for i, p in shares.items()}
+            shares = {i: p * known / sum(shares.values()) for i, p in shares.items()}
         known = sum(shares.values())
         if chosen != mention.candidates[0]:
             shares[chosen] = _SETTLED * shares.get(chosen, known)
@@ -225,6 +225,10 @@ class GroundReader:
         total = sum(shares.values())
         order = sorted(shares, key=lambda i: (-shares[i], i != chosen))[:_MOST_CANDIDATES]
         return candidates_of([(self.places.id(i), known * shares[i] / total) for i in order])
+
+    def _is_stop(self, position: int) -> bool:
+        properties = self.places.city.landmarks[position].properties
+        return properties.get("highway") == "bus_stop" or "public_transport" in properties
 
     def _number(self, ground: Ground) -> int:
         """Return the number of a place: that of an earlier mention of the same candidates."""
@@ -312,9 +316,9 @@ class GroundReader:
         if clear:
             weights[first] = max(1.0, *weights.values())
         none = _NONE_OF_WIDER if fit.is_wider else _none_share(clear)
-        shares = sorted(of_a_kind(weights, none), key=lambda s: s[0] != first)
+        shares = tuple(sorted(of_a_kind(weights, none), key=lambda s: s[0] != first))
         if not modified and len(shares) > _MOST_OF_KIND:
-            shares = []
+            shares = ()
         ground = replace(
             ground,
             ids=(shares[0][0],) if shares else (NOT_ON_MAP,),
@@ -347,8 +351,8 @@ class GroundReader:
 
     @staticmethod
     def slot(ground: Ground) -> tuple[Candidate, ...]:
-        """Return what a ground may be; the one place that it certainly is."""
-        return ground.candidates or (Candidate(ground.ids[0], 1.0),)
+        """Return what a ground may be: the one place that it certainly is, none of an unknown."""
+        return ground.candidates or tuple(Candidate(one, 1.0) for one in ground.ids[:1])
 
     def selects(self, at: int) -> str:
         """Return the direction of "northern" or "southernmost" before a place, else ""."""

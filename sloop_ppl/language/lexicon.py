@@ -18,7 +18,7 @@ _ROLES = (
     "speaker", "size_adjectives", "kin", "titles", "locating_verbs", "state_verbs", "meet_verbs",
     "ordinary_verbs", "adverbs", "times", "abstract", "clause_openers", "object_determiners",
     "traces", "object_particles", "existential", "staying", "motion_verbs",
-    "outings", "prepositions", "subject_goes_on",
+    "outings", "addressing", "carrying", "arriving", "prepositions", "subject_goes_on",
 )  # fmt: skip
 _CLASSES = (
     "be", "neg", "too", "only", "and", "or", "but", "sub", "which", "where", "houses", "pronouns",
@@ -69,6 +69,8 @@ class Lexicon:
         Short form of a cue's word -> the word.
     abbreviations
         Short word -> full word.
+    slang
+        Word of chats, or without its apostrophe -> the word in full.
     units_m
         Unit -> metres.
     numbers
@@ -97,6 +99,7 @@ class Lexicon:
     alike: Mapping[str, str]
     short: Mapping[str, str]
     abbreviations: Mapping[str, str]
+    slang: Mapping[str, str]
     ordinals: Mapping[str, str]
     units_m: Mapping[str, float]
     numbers: Mapping[str, float]
@@ -223,6 +226,7 @@ def _lexicon(changes: int) -> Lexicon:  # noqa: ARG001
         alike={w: one for one, others in words["cue_words"].items() for w in others},
         short=words["cue_short"],
         abbreviations=words["abbreviations"],
+        slang=words["slang"],
         ordinals=words["ordinals"],
         units_m=words["units_m"],
         numbers=words["numbers"],

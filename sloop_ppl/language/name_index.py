@@ -199,9 +199,12 @@ def _digits(token: str) -> bool:
 def _named_tokens(city: CityMap) -> dict[tuple[int, tuple[str, ...]], tuple[str, ...]]:
     """Return the distinct names of every landmark, as canonical words -> as they are written."""
     named: dict[tuple[int, tuple[str, ...]], tuple[str, ...]] = {}
+    # A shop has the name of its house among its aliases: who says it means the house.
+    names = {landmark.name for landmark in city.landmarks if landmark.name}
     for i, landmark in enumerate(city.landmarks):
         own = []
-        for name in (landmark.name, *landmark.aliases):
+        aliases = [alias for alias in landmark.aliases if alias not in names]
+        for name in (landmark.name, *aliases):
             if name and not (name != landmark.name and _is_address(name, landmark)):
                 tokens, spelt = _tokens(name)
                 named.setdefault((i, tokens), spelt)

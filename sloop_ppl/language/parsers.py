@@ -24,6 +24,9 @@ It takes any text, the map, of whose landmarks it gives the ids as grounds, and 
 speak of (None for the default ones and any others), and returns what the text says.
 """
 
+LONGEST_TEXT = 2_000_000
+"""Characters of a text at most: about 300,000 words, which take some twenty seconds."""
+
 PARSERS: Registry[Parser] = Registry("parser")
 """Parsers by name; add your own with ``PARSERS.add(name, parser)``."""
 
@@ -114,7 +117,7 @@ def parse(
     UnknownName
         When no parser has this name, or there is no such viewpoint.
     InputError
-        When `text` is not a string.
+        When `text` is not a string, or longer than `LONGEST_TEXT` characters.
     DescriptionError
         When two targets share an id, or `hearer` is not two finite numbers.
 
@@ -128,6 +131,11 @@ def parse(
     read = find_parser(parser) if isinstance(parser, str) else parser
     if not isinstance(text, str):
         raise InputError(f"The text is a {type(text).__name__}; expected a string")
+    if len(text) > LONGEST_TEXT:
+        raise InputError(
+            f"The text has {len(text):,} characters; expected {LONGEST_TEXT:,} at most: give what "
+            "one person says at a time"
+        )
     if targets is not None:
         targets = tuple(targets)
         check_targets(targets)

@@ -48,12 +48,13 @@ from sloop_ppl.maps import CityMap
 __all__ = ["TextReading", "find_cues", "find_figures", "find_landmarks", "relate", "to_description"]
 
 
-_SLANG = {
-    "r": "are", "u": "you", "ur": "your", "im": "i'm", "ive": "i've", "theres": "there's",
-    "hes": "he's", "shes": "she's", "wheres": "where's", "thats": "that's", "dont": "don't",
-    "isnt": "isn't", "wasnt": "wasn't", "cant": "can't", "didnt": "didn't", "youre": "you're",
-    "theyre": "they're", "weve": "we've", "havent": "haven't", "gonna": "going", "da": "the",
-}  # fmt: skip
+_DICTATED = {
+    ("question", "mark"): "?",
+    ("full", "stop"): ".",
+    ("exclamation", "mark"): "!",
+    ("exclamation", "point"): "!",
+}
+"""Marks as they are dictated."""
 
 
 @dataclass
@@ -101,9 +102,23 @@ class TextReading:
 def find_landmarks(state: TextReading) -> None:
     """Cut the text into words and link those that name places."""
     vocabulary = state.places.index.vocabulary
-    words = split_run_ons(split_words(state.text), vocabulary.keys() | state.finder.vocabulary)
+    words = split_run_ons(
+        _spoken_marks(split_words(state.text)), vocabulary.keys() | state.finder.vocabulary
+    )
     state.words = words
     state.landmarks = link_landmarks(words, state.places.index)
+
+
+def _spoken_marks(words: list[Word]) -> list[Word]:
+    """Return words with marks that were dictated ("question mark", "full stop") as marks."""
+    found: list[Word] = []
+    for word in words:
+        mark = _DICTATED.get((found[-1].low, word.low)) if found else None
+        if mark is None:
+            found.append(word)
+        else:
+            found[-1] = replace(found[-1], text=mark, low=mark, end=word.end, kind="mark")
+    return found
 
 
 def find_figures(state: TextReading) -> None:
@@ -112,8 +127,9 @@ def find_figures(state: TextReading) -> None:
     for mention in state.landmarks:
         taken[mention.first : mention.last] = [True] * (mention.last - mention.first)
     vocabulary = state.finder.vocabulary
+    slang = lexicon().slang
     state.norms = [
-        w.low if t or w.kind != "word" else _SLANG.get(w.text) or _mended(w.low, vocabulary)
+        w.low if t or w.kind != "word" else slang.get(w.text) or _mended(w.low, vocabulary)
         for w, t in zip(state.words, taken, strict=True)
     ]
     kinds = find_places(

@@ -380,19 +380,19 @@ class Description:
         """
         if hearer is not None:
             return replace(self, hearer=hearer)
-        told = [r for r in self.relations if HEARER in r.grounds and r.spans is not None]
-        if not told:
+        placed = [r for r in self.relations if HEARER in r.grounds and r.spans is not None]
+        if not placed:
             return self
         spans = {
             (min(r.spans.relation[0], r.spans.grounds[0][0]), r.spans.grounds[-1][1])
-            for r in told
+            for r in placed
             if r.spans is not None
         }
         loose = tuple(Unresolved(self.text[slice(*s)], s, status="other") for s in sorted(spans))
         unresolved = sorted((*self.unresolved, *loose), key=lambda u: u.span)
         return replace(
             self,
-            relations=tuple(r for r in self.relations if r not in told),
+            relations=tuple(r for r in self.relations if r not in placed),
             unresolved=tuple(unresolved),
             readings=tuple(
                 replace(h, relations=tuple(r for r in h.relations if HEARER not in r.grounds))
@@ -408,7 +408,7 @@ class Description:
             "targets": [t.id for t in self.targets],
             "relations": _entries(self.relations),
             "readings": [
-                {"p": reading.probability, "relations": _entries(reading.relations)}
+                {"p": round(reading.probability, 6), "relations": _entries(reading.relations)}
                 for reading in self.all_readings()
             ],
             "unresolved": [

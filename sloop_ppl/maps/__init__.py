@@ -1,5 +1,6 @@
 """Maps: grids, landmarks, city maps, OpenStreetMap, and reading and writing them."""
 
+from sloop_ppl.maps.area import SearchArea, search_area
 from sloop_ppl.maps.blocks import Block
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.crossings import Arm, Crossing
@@ -40,6 +41,7 @@ __all__ = [
     "HouseNumbers",
     "Landmark",
     "LandmarkFields",
+    "SearchArea",
     "StreetAxis",
     "StreetEnd",
     "StreetNetwork",
@@ -60,6 +62,7 @@ __all__ = [
     "quadrant_table",
     "read_map",
     "same_block",
+    "search_area",
     "street_network",
     "street_side",
     "street_tables",

@@ -211,14 +211,14 @@ def _numbers(
     numbers = np.array([number for number, _, _ in doors])[here]
     on_left = nearest.on_left[here]
     agree = float((on_left == (numbers % 2 == 0)).mean())
-    sides_known = len(numbers) > 1 and max(agree, 1 - agree) >= _AGREEMENT
+    is_clear = len(numbers) > 1 and max(agree, 1 - agree) >= _AGREEMENT
     return HouseNumbers(
         line=axis.spines[spine],
         offset_m=axis.width_m / 2 + _DOOR_M,
         numbers=numbers,
         along_m=nearest.along_m[here],
         on_left=on_left,
-        even_on_left=agree >= 0.5 if sides_known else None,
+        even_on_left=agree >= 0.5 if is_clear else None,
     )
 
 

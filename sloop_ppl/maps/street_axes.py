@@ -150,7 +150,7 @@ def _prolonged(axes: Sequence[StreetAxis], border: BaseGeometry) -> list[BaseGeo
         added = []
         # Nobody speaks of the crossings of the others, and no block ends at them.
         for end in _ends(axis.lines) if axis.named or axis.bounds_blocks else ():
-            found = np.sort(tree.query(end, predicate="dwithin", distance=max(reach))).tolist()
+            found = np.sort(tree.query(end, predicate="dwithin", distance=max(reach)))
             near = [i for i in found if i == len(targets) or targets[i] is not axis]
             gaps = {i: float(shapely.distance(end, shapes[i])) for i in near}
             close = [i for i in near if gaps[i] <= reach[i]]

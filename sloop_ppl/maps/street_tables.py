@@ -259,10 +259,8 @@ def _edges(grid: Grid, network: StreetNetwork, streets: Sequence[int]) -> EdgeTa
 def _within(nearest: NearestOnLines, line: int, part: Stretch) -> NDArray[np.bool_]:
     along = nearest.along_m
     # Rounding may put the end of a spine a hair beyond the end of its last stretch.
-    inside: NDArray[np.bool_] = (
-        (nearest.line == line) & (along >= part.start_m - 1e-6) & (along <= part.end_m + 1e-6)
-    )
-    return inside
+    is_between = (along >= part.start_m - 1e-6) & (along <= part.end_m + 1e-6)
+    return is_between & np.equal(nearest.line, line)
 
 
 def _position(part: Stretch, along_m: NDArray[np.float64]) -> NDArray[np.float64]:

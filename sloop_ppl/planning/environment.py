@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import Grid
@@ -347,7 +348,10 @@ def _refuse_no_mapping(places: object) -> None:
 
 
 def start_pose(
-    start: tuple[float, ...] | None, space: SearchSpace, rng: np.random.Generator
+    start: tuple[float, ...] | None,
+    space: SearchSpace,
+    rng: np.random.Generator,
+    area: NDArray[np.bool_] | None = None,
 ) -> Pose:
     """Return where the robot begins, in the middle of a cell.
 
@@ -358,18 +362,26 @@ def start_pose(
         as it is; when None, any cell that is free, heading east.
     rng
         Where the cell is drawn from, by its own child stream.
+    area
+        True for the cells it may be drawn from, shape (H, W); all when None.
 
     Raises
     ------
     OutsideMap
         When it is outside the map.
     InputError
-        When it is no start, or inside a no-fly building.
+        When it is no start, inside a no-fly building, or no cell of the area is free.
     """
     closed, grid = space.no_fly, space.grid
     if start is None:
         # Cells, not places: the draw is the same for every planner, sensor and belief.
-        free = [cell for cell in range(space.n_cells) if cell not in closed]
+        cells = range(space.n_cells) if area is None else np.flatnonzero(area).tolist()
+        free = [cell for cell in cells if cell not in closed]
+        if not free:
+            raise InputError(
+                "No cell of the area is free to start in; give a start, a larger area, or fly "
+                f"above {space.config.flight_height_m:g} m"
+            )
         return space.pose_at(free[int(child(rng, "start").integers(len(free)))] * HEADINGS)
     x, y, *heading = _numbers("The start", start, (2, 3))
     try:

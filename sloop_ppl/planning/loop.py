@@ -64,6 +64,7 @@ def run_search(
     on_observation: Callable[[Tables], Tables | None] | None = None,
     notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
+    start_area: NDArray[np.bool_] | None = None,
 ) -> Episode:
     """Search a map for targets that stand still.
 
@@ -105,6 +106,8 @@ def run_search(
         sets, belief that is out of reach, that machine code is compiled.
     keep_beliefs
         Keep the beliefs at every pose in the `Episode`.
+    start_area
+        True for the cells from which a start is drawn, shape (H, W); all when None.
 
     Returns
     -------
@@ -132,7 +135,7 @@ def run_search(
     space = SearchSpace.of_city(city, ids, chosen.settings(config), sensor=sensor, motion=motion)
     if environment is None:
         # The start's stream depends on neither planner nor beliefs: searches can be compared.
-        at, known = start_pose(start, space, rng), places or {}
+        at, known = start_pose(start, space, rng, start_area), places or {}
         environment = GridEnvironment(space, known, at, rng=child(rng, "environment"))
     else:
         _refuse_with_environment(environment, start)

@@ -25,10 +25,11 @@ def run(capsys, *arguments):
 def test_parse_prints_the_contracts_keys(capsys):
     out, _ = run(capsys, "parse", TEXT, "--map", "cleveland", "--json")
     told = json.loads(out)
-    assert list(told) == ["text", "map", "targets", "relations", "unresolved"]
+    assert list(told) == ["text", "map", "targets", "relations", "readings", "unresolved"]
     (relation,) = told["relations"]
     assert set(relation) == {
-        "figure", "relation", "ground", "group", "negated", "distance_m", "spans", "confidence",
+        "figure", "relation", "ground", "group", "negated", "status", "either", "distance_m",
+        "distance", "candidates", "spans", "confidence",
     }  # fmt: skip
     assert (relation["figure"], relation["relation"], relation["ground"]) == (
         "GreenToyota",
@@ -40,6 +41,13 @@ def test_parse_prints_the_contracts_keys(capsys):
         "behind",
         "velvet dog",
     ]
+    assert (relation["status"], relation["either"]) == ("asserted", None)
+    assert relation["candidates"] == [{"ground": "VelvetDog", "p": 1.0}]
+    likely, nothing = told["readings"]
+    assert likely["relations"] == told["relations"]
+    assert nothing["relations"] == []
+    assert likely["p"] + nothing["p"] == pytest.approx(1)
+    assert relation["confidence"] == pytest.approx(likely["p"], abs=1e-4)
 
 
 def test_parse_shows_the_words_it_read(capsys):
@@ -51,12 +59,17 @@ def test_parse_shows_the_words_it_read(capsys):
 def test_infer_prints_the_contracts_keys(capsys):
     out, _ = run(capsys, "infer", TEXT, "--map", "cleveland", "--json")
     told = json.loads(out)
-    assert list(told) == ["map", "model", "engine", "log_evidence", "targets"]
+    assert list(told) == ["map", "model", "engine", "log_evidence", "readings", "targets"]
+    assert [reading["relations"] for reading in told["readings"]] == [1, 0]
+    assert sum(reading["posterior"] for reading in told["readings"]) == pytest.approx(1)
     target = told["targets"]["GreenToyota"]
     assert set(target) == {
         "mode_m", "mode_lonlat", "entropy_nats", "expected_m", "hpd90_cells", "nearest",
-        "components", "frames",
+        "components", "frames", "grounds",
     }  # fmt: skip
+    assert target["grounds"] == [
+        {"relation": "behind", "candidates": [{"ground": "VelvetDog", "p": 1.0}]}
+    ]
     assert sum(target["components"].values()) == pytest.approx(1)
     (frame,) = target["frames"]
     assert set(frame) == {"ground", "relation", "mean_deg", "kappa", "p"}

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
 from sloop_ppl.cli import main
+from sloop_ppl.language import parse
+from sloop_ppl.maps import load_map
 
 LINE = {
     "id": "a",
@@ -97,7 +100,13 @@ def test_eval_quality_prints_the_agreed_keys(capsys, tmp_path):
         ]  # fmt: skip
         assert list(told[mode]["paired"]) == ["bayes-uniform"]
         assert err.splitlines() == ["bayes: 1 targets scored", "uniform: 1 targets scored"]
-    assert told["gold"]["models"] == told["parsed"]["models"]
+    gold, parsed = (told[mode]["models"] for mode in ("gold", "parsed"))
+    assert gold["uniform"] == parsed["uniform"]
+    # Near takes no frame, so what was read is right with p, and says nothing with 1 - p.
+    p = parse(text, load_map("cleveland")).readings[0].probability
+    log_score, log_nothing = (gold[name]["mean_log_score"] for name in ("bayes", "uniform"))
+    mixed = math.log(p * math.exp(log_score) + (1 - p) * math.exp(log_nothing))
+    assert parsed["bayes"]["mean_log_score"] == pytest.approx(mixed, abs=1e-4)
     out, _ = run(capsys, 0, "eval", "quality", file, "--models", "bayes,uniform")
     assert "bayes-uniform" in out
 

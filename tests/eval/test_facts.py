@@ -5,6 +5,7 @@ from scenes import house_and_street, relation, symmetric_grid
 
 from sloop_ppl.eval._facts import facts_of
 from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
+from sloop_ppl.language import HEARER, NOT_ON_MAP
 
 
 @pytest.fixture
@@ -53,3 +54,11 @@ def test_without_frames_there_is_nothing_to_be_good(block):
 def test_a_street_has_two_fronts(block):
     for y in (20, 50):
         assert facts(block, 0, y, relation("front", "MainSt")).good is True
+
+
+@pytest.mark.parametrize("word", ["front", "left", "near"])
+@pytest.mark.parametrize("ground", [NOT_ON_MAP, HEARER])
+def test_no_side_is_predicted_of_a_ground_that_the_map_does_not_show(block, word, ground):
+    told = facts(block, 10, 20, relation(word, ground), relation("right", "House"))
+    assert [r.good for r in told.relations] == [None, True]
+    assert told.relations[0].grounds == (ground,)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import pytest
-from said import city, faults, sentences
+from reading_cases import cases, city, faults
 
 from sloop_ppl.language import parse
 
 
 @pytest.mark.parametrize(
-    "said", sentences("constructions"), ids=lambda said: f"{said.kind}: {said.text}"
+    "case", cases("constructions"), ids=lambda case: f"{case.kind}: {case.text}"
 )
-def test_a_construction_is_read_in_every_wording(said):
-    assert faults(said) == []
+def test_a_construction_is_read_in_every_wording(case):
+    assert faults(case) == []
 
 
 def read(text: str) -> list[tuple[str, str, tuple[str, ...]]]:

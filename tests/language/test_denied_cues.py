@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from said import faults, sentences
+from reading_cases import cases, faults
 
 
-@pytest.mark.parametrize("said", sentences("denied_cues"), ids=lambda said: said.text)
-def test_what_is_denied_is_read_as_denied(said):
-    assert faults(said) == []
+@pytest.mark.parametrize("case", cases("denied_cues"), ids=lambda case: case.text)
+def test_what_is_denied_is_read_as_denied(case):
+    assert faults(case) == []

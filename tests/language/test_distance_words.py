@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import pytest
-from said import city, faults, sentences
+from reading_cases import cases, city, faults
 
 from sloop_ppl.language import Distance, parse
 from sloop_ppl.language.distances import JUST_PAST
 
 
-@pytest.mark.parametrize("said", sentences("distance_words"), ids=lambda said: said.text)
-def test_a_distance_is_read_with_its_bounds(said):
-    assert faults(said) == []
+@pytest.mark.parametrize("case", cases("distance_words"), ids=lambda case: case.text)
+def test_a_distance_is_read_with_its_bounds(case):
+    assert faults(case) == []
 
 
 def distance(text: str) -> Distance | None:

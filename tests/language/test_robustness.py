@@ -19,23 +19,8 @@ WORDS = (
     *("red bike", "green toyota", "the", "my", "dog", "xyzzy", "6th", "🚲", "сад", "<b>", "&amp;"),
 )  # fmt: skip
 MARKS = (
-    "",
-    " ",
-    " ",
-    " ",
-    " ",
-    ". ",
-    ", ",
-    "; ",
-    "\n",
-    "-",
-    "'s ",
-    "\t",
-    "\0",
-    "\u200f",
-    "!!",
-    '"',
-)
+    "", " ", " ", " ", " ", ". ", ", ", "; ", "\n", "-", "'s ", "\t", "\0", "\u200f", "!!", '"',
+)  # fmt: skip
 
 
 def check(text):
@@ -67,6 +52,15 @@ def test_any_characters(text):
 @given(st.lists(st.tuples(st.sampled_from(WORDS), st.sampled_from(MARKS)), max_size=40))
 def test_any_words(pieces):
     check("".join(word + mark for word, mark in pieces))
+
+
+@pytest.mark.parametrize(
+    "words", ["northernmost building Zorba", "southern building Zorba", "western street Zorba it"]
+)
+def test_no_place_is_the_farthest_of_none(words):
+    """A building that none of the map's fits: it is none of them, and has no northernmost one."""
+    check(f"red bike near {words}")
+    assert parse(f"red bike near {words}", CITY).relations == ()
 
 
 def nonsense(rng):

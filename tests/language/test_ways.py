@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from said import faults, sentences
+from reading_cases import cases, faults
 
 
-@pytest.mark.parametrize("said", sentences("ways"), ids=lambda said: said.text)
-def test_a_way_is_no_compass_word(said):
-    assert faults(said) == []
+@pytest.mark.parametrize("case", cases("ways"), ids=lambda case: case.text)
+def test_a_way_is_no_compass_word(case):
+    assert faults(case) == []

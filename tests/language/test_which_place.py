@@ -29,7 +29,12 @@ def city_of(name: str) -> CityMap:
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: line["text"])
 def test_the_place_that_is_meant_is_among_the_most_probable(line):
-    (relation,) = parse(line["text"], city_of(line["map"])).relations
+    found = parse(line["text"], city_of(line["map"]))
+    if line["best"] == [None]:  # says nothing of where it is
+        assert found.relations == ()
+        assert [u.status for u in found.unresolved] == ["unknown"]
+        return
+    (relation,) = found.relations
     shares = {c.ground: c.probability for c in relation.slot(len(relation.grounds) - 1)}
     top = max(shares.values())
     assert any(shares.get(place, 0) == top for place in line["best"])
@@ -66,9 +71,12 @@ def test_one_name_said_twice_is_one_place():
 
 
 def test_a_kind_that_the_map_lacks_is_nowhere_on_it():
-    (relation,) = parse("The red bike is behind the windmill.", city_of("denver")).relations
-    assert relation.grounds == (NOT_ON_MAP,)
-    assert [(c.ground, c.probability) for c in relation.slot(0)] == [(None, 1.0)]
+    found = parse("The red bike is behind the windmill.", city_of("denver"))
+    assert found.relations == ()
+    assert [(u.text, u.status) for u in found.unresolved] == [("windmill", "unknown")]
+    (mine,) = parse("I'm behind the windmill.", city_of("denver")).relations
+    assert mine.grounds == (NOT_ON_MAP,)
+    assert [(c.ground, c.probability) for c in mine.slot(0)] == [(None, 1.0)]
 
 
 def test_what_holds_a_thing_that_the_map_lacks_is_known():

@@ -6,9 +6,10 @@ from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models import PRESETS, Component, ObservationModel, preset
 
 
-def test_the_papers_six_methods_and_ours():
+def test_the_papers_six_methods_ours_and_a_comparator():
     assert list(PRESETS) == [
         "uniform", "keyword", "informed", "sloop", "sloop-m2", "sloop-m4", "bayes",
+        "referent-gaussian",
     ]  # fmt: skip
 
 

@@ -26,6 +26,9 @@ def test_it_holds_every_module_and_data_file(wheel):
     assert "sloop_ppl/data/maps/cleveland.geojson" in held
     assert "sloop_ppl/data/maps/NOTICE.md" in held
     assert "sloop_ppl/data/examples.jsonl" in held
+    assert "sloop_ppl/data/kinds/osm.json" in held
+    assert "sloop_ppl/data/confidence.json" in held
+    assert "sloop_ppl/data/ordinary_words.txt.gz" in held
 
 
 def test_it_holds_nothing_else(wheel):
@@ -42,6 +45,7 @@ def test_it_names_every_licence(wheel):
     assert "License-File: LICENSE" in lines
     assert "License-File: sloop_ppl/data/kinds/NOTICE.md" in lines
     assert "License-File: sloop_ppl/data/maps/NOTICE.md" in lines
+    assert "License-File: sloop_ppl/data/ordinary_words.NOTICE.md" in lines
 
 
 def test_every_module_comes_from_the_wheel_in_another_folder(site, tmp_path):

@@ -108,7 +108,10 @@ def main():
     named = dict(zip(_confidence.FEATURES, (round(float(b), 4) for b in beta[1:]), strict=True))
     print(json.dumps(named, indent=1))
     if given.write:
-        about = "Weights of the logistic regression for the confidence of a phrase; see fit_confidence.py."
+        about = (
+            "Weights of the logistic regression for the confidence of a phrase; "
+            "see fit_confidence.py."
+        )
         data = {
             "about": about,
             "n": len(y),

@@ -15,7 +15,7 @@ city = cache(load_map)
 
 
 @dataclass(frozen=True)
-class Said:
+class ReadingCase:
     """One sentence, and what it says."""
 
     kind: str
@@ -24,24 +24,24 @@ class Said:
     wanted: str
 
 
-def sentences(name: str) -> list[Said]:
+def cases(name: str) -> list[ReadingCase]:
     """Return the sentences of a file: kind, map, text and relations, parted by bars."""
     lines = (DATA / f"{name}.txt").read_text("utf-8").splitlines()
     return [
-        Said(*(part.strip() for part in line.split("|")))
+        ReadingCase(*(part.strip() for part in line.split("|")))
         for line in lines
         if line and not line.startswith("#")
     ]
 
 
-def faults(said: Said) -> list[str]:
+def faults(case: ReadingCase) -> list[str]:
     """Return what was missed, read wrongly, or at another distance; empty when all is right.
 
     Relations of one class mean the same; those after "?" may be read or not.
     """
-    read = {_key(r): r for r in parse(said.text, city(said.map)).relations}
+    read = {_key(r): r for r in parse(case.text, city(case.map)).relations}
     found, known = [], set()
-    for part in filter(None, (p.strip() for p in said.wanted.split(";"))):
+    for part in filter(None, (p.strip() for p in case.wanted.split(";"))):
         figure, *words = part.lstrip("?").split()
         denied = words[0] == "not"
         relation, grounds, *distance = words[denied:]
