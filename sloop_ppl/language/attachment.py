@@ -336,7 +336,8 @@ class _Walk:
         return False
 
     def _on_route_ing(self, at: int) -> int:
-        if self.clause.named and self.reader.kind(at + 1) == "dir":
+        moves = self.reader.value(at) != "heading"
+        if moves and self.clause.named and self.reader.kind(at + 1) == "dir":
             return at + 2  # "moving east": a way, not a side of the place named last
         if not self.clause.named:
             self.clause.route = True
