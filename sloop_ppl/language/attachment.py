@@ -582,7 +582,8 @@ class _Walk:
             return at + 1
         ids = self.figures.resolve(mention)
         if not ids and mention.candidates and self.figures.open_ended:
-            target = inferred_target([self.reader.norms[chunk.last - 1]])
+            noun = self.reader.norms[chunk.last - 1].removesuffix("'s")
+            target = inferred_target([noun])
             self.figures.infer(target)
             ids = (target.id,)
         if not ids:
