@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sloop_ppl.errors import InputError, OutputError
+from sloop_ppl.eval._driver_watch import wait_for_workers
 from sloop_ppl.eval._facts import TargetFacts
 from sloop_ppl.eval._manifest import changes
 from sloop_ppl.eval._trial_files import read_trials
@@ -146,6 +147,7 @@ def _locked(folder: Path) -> Iterator[None]:
                 f"Output folder '{folder}' is being written by another sweep; wait until it has "
                 "ended, or choose another folder"
             ) from error
+        wait_for_workers(folder)
         yield
 
 
