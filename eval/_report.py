@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval._examples import EXAMPLES
 from sloop_ppl.eval._inventory import map_finder
@@ -237,11 +238,10 @@ def _search_figure(episode: Any, city: Any) -> Figure:
 
 
 def _quality_payload(path: str | Path) -> Mapping[str, Any]:
+    text = read_text(path, "Scores")
     try:
-        payload = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be read: {error.strerror}") from error
-    except ValueError as error:
+        payload = parse_json(text, finite=False)
+    except ForeignFault as error:
         raise InputError(f"'{path}' is not JSON: {error}") from error
     if not isinstance(payload, dict) or "models" not in payload or "paired" not in payload:
         raise InputError(

@@ -257,7 +257,7 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
     city = from_geojson(parse_json(data.attrs["map_geojson"]))
     data = by_coordinate(data, "its tables have other cells than its map", city.grid)
     data = data.transpose("target", "entry", "setting", "component", "y", "x")
-    model = model_from_parts(parse_json(data.attrs["model_parts"]))
+    model = model_from_parts(parse_json(data.attrs["model_parts"], finite=False))
     targets = [str(t) for t in data["target"].values]
     names = tuple(str(name) for name in data["component"].values)
     if names != tuple(part.name for part in model.components):

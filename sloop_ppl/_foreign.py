@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -76,12 +77,20 @@ def read_text(
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as reason:
         raise error(
-            f"{what} '{name}' is no text in UTF-8 (byte {reason.start + 1}); save it as UTF-8"
+            f"{what} '{name}' cannot be read: no text in UTF-8 (byte {reason.start + 1}); save it "
+            "as UTF-8"
         ) from reason
 
 
-def parse_json(text: str) -> Any:
+def parse_json(text: str, *, finite: bool = True) -> Any:
     """Return what a JSON text holds.
+
+    Parameters
+    ----------
+    text
+        The text.
+    finite
+        Refuse NaN and infinity; False where who checks the record names their field.
 
     Raises
     ------
@@ -95,7 +104,10 @@ def parse_json(text: str) -> Any:
     sloop_ppl._foreign.ForeignFault: it holds the number NaN; expected finite ones
     """
     try:
-        value = json.loads(text, parse_constant=_refused, parse_float=_float, parse_int=_int)
+        if finite:
+            value = json.loads(text, parse_constant=_refused, parse_float=_float, parse_int=_int)
+        else:
+            value = json.loads(text, parse_int=_int)
     except RecursionError:
         raise _too_deep() from None
     except ForeignFault:
@@ -121,6 +133,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     except Exception as reason:  # some versions let IndexError and the like out
         raise ForeignFault(" ".join(str(reason).split())) from reason
     _check_depth(value)
+    for number in re.findall(rf"\d{{{_MOST_DIGITS + 1},}}", text.replace("_", "")):
+        _refused(f"{number[:20]}...")
     return value
 
 
