@@ -16,6 +16,7 @@ import typer
 from typer.exceptions import TyperException
 
 from sloop_ppl import __version__
+from sloop_ppl._figure_backend import forget_missing_backend
 from sloop_ppl.cli import (
     _belief,
     _evaluation,
@@ -71,6 +72,7 @@ app.command("warmup")(_short_commands.warmup)
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 well, 2 a mistake, 1 a crash, 130 Ctrl-C, 143 SIGTERM."""
     command = typer.main.get_command(app)
+    forget_missing_backend()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without curly quotes shows ?
