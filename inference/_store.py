@@ -278,6 +278,8 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
         tables = {}
         for entry in np.flatnonzero(data["entry_description"].values == d):
             target = targets[int(data["entry_target"][entry])]
+            if target not in ground.targets:
+                raise InputError(f"its description {d + 1} says nothing of target '{target}'")
             table = data["log_factor"][int(entry), : math.prod(sizes)].values
             if np.isnan(table).any():
                 raise InputError("its table log_factor holds NaN; expected log likelihoods")

@@ -5,7 +5,7 @@ Shape legend: H, W grid.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 _CLOSE = 1e-3  # of a cell: how far a coordinate may lie from the centre of its cell
 
 
-def has_cell_axes(table: Any) -> bool:
+def has_cell_axes(table: Any) -> TypeGuard[xarray.DataArray]:
     """Tell whether a table is an xarray one with x and y among its dims."""
     return hasattr(table, "coords") and {"x", "y"} <= set(map(str, getattr(table, "dims", ())))
 
@@ -64,8 +64,8 @@ def by_coordinate(table: Labelled, what: str, grid: Grid | None = None) -> Label
                 "centres of its cells, metres"
             )
         _check_centres(centres, axis, what, grid)
-        table = cast("Labelled", table.isel({axis: order}))
-    return cast("Labelled", table.transpose(..., "y", "x"))
+        table = table.isel({axis: order})
+    return table.transpose(..., "y", "x")
 
 
 def _check_centres(centres: NDArray[np.float64], axis: str, what: str, grid: Grid | None) -> None:

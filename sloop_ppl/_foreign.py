@@ -95,7 +95,8 @@ def parse_json(text: str, *, finite: bool = True) -> Any:
     Raises
     ------
     ForeignFault
-        For what is no JSON, a number that is not finite, or more than `MOST_DEPTH` levels.
+        For what is no JSON, a number that is not finite, half a character, or more than
+        `MOST_DEPTH` levels.
 
     Examples
     --------
@@ -115,6 +116,11 @@ def parse_json(text: str, *, finite: bool = True) -> Any:
     except ValueError as reason:
         raise ForeignFault(str(reason)) from reason
     _check_depth(value)
+    if re.search(r"\\u[dD][89a-fA-F]", text):  # escapes that mean a character two by two
+        try:
+            json.dumps(value, ensure_ascii=False).encode()
+        except UnicodeEncodeError as reason:
+            raise ForeignFault("it holds half a character, \\ud800 to \\udfff") from reason
     return value
 
 

@@ -9,6 +9,8 @@ from typing import Annotated, TypeVar
 import msgspec
 from msgspec import Meta, inspect
 
+from sloop_ppl.errors import on_one_line
+
 __all__ = ["Fault", "Text", "Texts", "checked"]
 
 T = TypeVar("T")
@@ -29,8 +31,8 @@ class Fault(Exception):
     """
 
     def __init__(self, field: str, what: str) -> None:
-        self.field, self.what = field, what
-        super().__init__(f"field '{field}' {what}")
+        self.field, self.what = on_one_line(field), on_one_line(what, 2000)
+        super().__init__(f"field '{self.field}' {self.what}")
 
 
 def checked(data: object, kind: type[T], path: str = "") -> T:

@@ -18,6 +18,7 @@ from sloop_ppl.errors import InputError, MapError
         ("9" * 5000, "the number 99999999999999999999..."),
         ('{"a" 1}', "Expecting ':' delimiter"),
         ("", "Expecting value"),
+        ('["\\ud83d"]', "half a character"),
     ],
 )
 def test_json_that_cannot_be_meant(text, said):
@@ -39,6 +40,7 @@ def test_what_is_meant_is_read():
     for _ in range(59):
         (value,) = value
     assert value == [1e300, 0.1, -7]
+    assert parse_json('"\\ud83d\\ude00"') == "\U0001f600"
     assert parse_toml("[model]\nlapse = 0.1\n") == {"model": {"lapse": 0.1}}
 
 
