@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._foreign import is_file
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 
@@ -32,7 +33,7 @@ def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
     InputError
         When it does not exist, is no netCDF, or holds more than `MOST_BYTES`.
     """
-    if not Path(path).is_file():
+    if not is_file(path):
         raise InputError(f"{what} '{path}' cannot be read: no such file")
     import xarray
 

@@ -82,8 +82,10 @@ def _check_centres(centres: NDArray[np.float64], axis: str, what: str, grid: Gri
     close = _CLOSE * grid.cell_m
     if centres.size == expected.size and np.allclose(centres, expected, rtol=0, atol=close):
         return
-    raise InputError(
-        f"{what}: its {axis} starts at {centres[0]:g} m, expected {expected[0]:g} m; there are "
-        f"{centres.size} cells up to {centres[-1]:g} m, expected {expected.size} up to "
-        f"{expected[-1]:g} m: give the whole table on the map's own cells"
-    )
+    found = f"its {axis} starts at {centres[0]:g} m, expected {expected[0]:g} m"
+    if centres.size != expected.size or abs(centres[0] - expected[0]) <= close:
+        found = (
+            f"along {axis} there are {centres.size} from {centres[0]:g} to {centres[-1]:g} m, "
+            f"expected {expected.size} from {expected[0]:g} to {expected[-1]:g} m"
+        )
+    raise InputError(f"{what}: {found}; give the whole table on the map's own cells")

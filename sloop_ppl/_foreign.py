@@ -16,7 +16,15 @@ from typing import Any
 
 from sloop_ppl.errors import InputError
 
-__all__ = ["MOST_BYTES", "MOST_DEPTH", "ForeignFault", "parse_json", "parse_toml", "read_text"]
+__all__ = [
+    "MOST_BYTES",
+    "MOST_DEPTH",
+    "ForeignFault",
+    "is_file",
+    "parse_json",
+    "parse_toml",
+    "read_text",
+]
 
 MOST_BYTES = 256 * 2**20
 """Bytes of a file that is read at all. As JSON it takes some ten times as much memory."""
@@ -29,6 +37,14 @@ _MOST_DIGITS = 300  # more overflow a float
 
 class ForeignFault(ValueError):
     """What is wrong with a text, to be read after the name of its file."""
+
+
+def is_file(path: str | Path) -> bool:
+    """Tell whether there is a file; of a name that can be none, such as one too long, False."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def read_text(

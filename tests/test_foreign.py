@@ -3,7 +3,12 @@
 import pytest
 
 from sloop_ppl._foreign import ForeignFault, parse_json, parse_toml, read_text
-from sloop_ppl.errors import InputError, MapError
+from sloop_ppl.errors import InputError, MapError, SloopError
+from sloop_ppl.inference import Posterior
+from sloop_ppl.maps import load_map
+from sloop_ppl.models.cell_priors import cell_prior
+from sloop_ppl.outputs import check_output
+from sloop_ppl.user_file import load_from_file
 
 
 @pytest.mark.parametrize(
@@ -66,3 +71,18 @@ def test_a_file_that_is_no_text(tmp_path):
     (tmp_path / "a").write_bytes(b"ab\xff")
     with pytest.raises(InputError, match=r"cannot be read: no text in UTF-8 \(byte 3\)"):
         read_text(tmp_path / "a", "Prior")
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b", "x" * 5000])
+def test_a_name_that_can_be_no_file_is_refused_in_one_line(name):
+    for use in (
+        load_map,
+        cell_prior,
+        Posterior.load,
+        lambda name: cell_prior(f"{name}.nc"),
+        lambda name: load_from_file(f"{name}.py:thing", "Model", "a model", bool),
+        lambda name: check_output(f"{name}.json", (".json",)),
+    ):
+        with pytest.raises(SloopError) as caught:
+            use(name)
+        assert "\n" not in str(caught.value)
