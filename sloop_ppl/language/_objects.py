@@ -46,21 +46,33 @@ def find_speaker(norms: Sequence[str], taken: Sequence[bool]) -> list[FigureMent
     """
     known = lexicon()
     found: list[FigureMention] = []
-    for i, norm in enumerate(norms):
+    for i in range(len(norms)):
         if taken[i]:
             continue
-        if norm in known.words_of("speaker"):
-            if _says_where(norms, taken, i + 1, known):
-                found.append(FigureMention(i, i + 1, (SPEAKER,)))
-        elif norm in ("me", "us"):
-            before = norms[i - 1] if i else ""
-            if before in known.words_of("meet_verbs") and not _object_follows(norms, i + 1, known):
-                found.append(FigureMention(i, i + 1, (SPEAKER,)))
-        elif (norm in ("let's", "lets") and "meet" in norms[i + 1 : i + 4]) or (
-            norm in ("location", "position", "meeting") and _my(norms, i)
-        ):
+        if _is_speaker(norms, taken, i, known):
             found.append(FigureMention(i, i + 1, (SPEAKER,)))
     return found
+
+
+def _is_speaker(norms: Sequence[str], taken: Sequence[bool], i: int, known: Lexicon) -> bool:
+    """Whether a word stands for who speaks, where it is said where he is or will be."""
+    norm, before, after = norms[i], norms[max(0, i - 1) : i], norms[i + 1 : i + 2]
+    if norm in known.words_of("speaker"):
+        here = before == ["where"] and (norm in ("i'm", "we're") or after in (["am"], ["are"]))
+        return here or _says_where(norms, taken, i + 1, known)  # "east of where we are"
+    if norm in ("me", "us"):
+        meets = bool(before) and before[0] in known.words_of("meet_verbs")
+        joins = before == ["with"] and "meet" in norms[max(0, i - 4) : i]  # "meet up with me"
+        return joins or (meets and not _object_follows(norms, i + 1, known))
+    if norm == "come":
+        return _reaches(norms, i + 1)
+    if norm == "meet":  # "meet at the bank"
+        return _cue_at(norms, i + 1, known)
+    if norm == "you" and before == ["see"] and norms[i - 2 : i - 1] not in (["i"], ["can"]):
+        return _cue_at(norms, i + 1, known)  # "see you by the bank"
+    if norm in ("let's", "lets"):
+        return bool(known.words_of("outings") & set(norms[i + 1 : i + 4]))
+    return norm in ("location", "position", "meeting") and _my(norms, i)
 
 
 def _reaches(norms: Sequence[str], at: int) -> bool:

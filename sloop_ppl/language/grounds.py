@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from sloop_ppl.language._described import fits_relation, is_open_area, most_towards
-from sloop_ppl.language.figures import FigureMention
 from sloop_ppl.language.items import Chunk
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
@@ -14,7 +13,7 @@ from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.place_index import KindFit, PlaceIndex
 from sloop_ppl.language.referents import NONE_OF_KIND, candidates_of, of_a_kind
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
-from sloop_ppl.language.values import NOT_ON_MAP, Candidate
+from sloop_ppl.language.values import NOT_ON_MAP, SPEAKER, Candidate
 from sloop_ppl.language.words import Word
 
 __all__ = ["Ground", "GroundReader", "is_certain"]
@@ -162,6 +161,11 @@ class GroundReader:
         if kind == "which" and self.kind(at + 1) in ("place", "figure"):
             pointing, at = True, at + 1
             kind = self.kind(at)
+        if kind == "where" and self.kind(at + 1) == "figure":  # "east of where we are"
+            mention = self.chunks[at + 1].value
+            span = self.chunks[at].first, self.chunks[at + 1].last
+            if mention.candidates == (SPEAKER,):
+                return Ground("figure", *span, (SPEAKER,)), self.past(at + 2, "be", "skip")
         if kind == "landmark":
             return self._landmark(at)
         if kind in ("pronoun", "plural") and self.chunks[at].value not in ("its", "both"):
@@ -173,8 +177,8 @@ class GroundReader:
         if kind == "map":
             return Ground("map", self.chunks[at].first, self.chunks[at].last, (WHOLE_MAP,)), at + 1
         if kind == "figure":
-            mention: FigureMention = self.chunks[at].value
             chunk = self.chunks[at]
+            mention = chunk.value
             return Ground("figure", chunk.first, chunk.last, mention.candidates), at + 1
         if kind == "place":
             return self._place(start, at, definite, pointing)

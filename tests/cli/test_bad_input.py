@@ -39,7 +39,7 @@ CASES = {
         [*INFER, "--model", "sloop-m5"],
         (
             "Model 'sloop-m5' is unknown; expected one of uniform, keyword, informed, sloop, "
-            "sloop-m2, sloop-m4, bayes; did you mean 'sloop-m4'?"
+            "sloop-m2, sloop-m4, bayes, referent-gaussian; did you mean 'sloop-m4'?"
         ),
     ),
     "unknown variant": ([*INFER, "--model", "sloop", "--variant", "draft"], "published, paper"),

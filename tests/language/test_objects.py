@@ -52,6 +52,13 @@ SPEAKERS = [
     "You can find us inside Rumor.",
     "we're stuck right in front of Rumor",
     "I am currently sitting next to Ivy.",
+    "Come to Rumor.",
+    "See you by Rumor.",
+    "Meet at Ivy.",
+    "Let's eat at Ivy.",
+    "Meet up with me at Rumor.",
+    "I have pulled over near Rumor.",
+    "Let's all get together at Ivy.",
 ]
 
 
@@ -114,6 +121,7 @@ def test_the_converse_is_turned():
     for text, relation in [
         ("I'm on West 6th Street. Rumor is north of me.", "south"),
         ("I am on West 6th Street. To my east is Rumor.", "west"),
+        ("I'm on West 6th Street. Rumor is north of where I am.", "south"),
         ("We are on West 6th Street; you'll see Rumor to the south.", "north"),
     ]:
         found = {(r.relation, r.ground) for r in parse(text, CITY).relations}
