@@ -10,7 +10,7 @@ set -euo pipefail
 files=($1)
 runs=$2
 sloop=${3:-.venv/bin/sloop}
-cv=(--cv city --fits "$runs/fits.pkl")
+cv=(--cv city --fits "$runs/fits.json")
 few=(--models sloop,sloop-m4,bayes --ranges 3 --starts "${STARTS:-8}")
 mkdir -p "$runs"
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval._gold import GoldEntry, gold_entries
 from sloop_ppl.eval._line_format import AnnotationLine, Fault, checked
@@ -27,20 +28,17 @@ def read_annotations(path: str | Path) -> dict[str, tuple[GoldEntry, ...]]:
     InputError
         When the file cannot be read, and for the first line that does not follow the format.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Annotations '{path}' cannot be read: {error}") from error
+    text = read_text(path, "Annotations")
     found = {}
     for number, line in enumerate(text.split("\n"), start=1):
         if not line.strip():
             continue
         try:
-            known = checked(json.loads(line), AnnotationLine)
+            known = checked(parse_json(line, finite=False), AnnotationLine)
             found[known.id] = gold_entries(known.relations)
         except Fault as fault:
             raise InputError(f"{path}:{number}: field '{fault.field}' {fault.what}") from fault
-        except ValueError as error:
+        except ForeignFault as error:
             raise InputError(f"{path}:{number}: field 'line' is not JSON: {error}") from error
     return found
 

@@ -18,6 +18,7 @@ from typing import Any, Protocol, TypeVar
 from warnings import catch_warnings, simplefilter
 
 from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.eval._driver_watch import Driver, end_with
 from sloop_ppl.registry import Registry
 
 __all__ = ["BACKENDS", "Backend", "WorkersLost", "check_backend"]
@@ -89,7 +90,12 @@ def _joblib(
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import BrokenProcessPool
 
-    with parallel_config(backend="loky", inner_max_num_threads=1):
+    with parallel_config(
+        backend="loky",
+        inner_max_num_threads=1,
+        initializer=end_with,
+        initargs=(Driver.this(), True),
+    ):
         pool = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         results = pool(delayed(work)(job) for job in jobs)
     try:

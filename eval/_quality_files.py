@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.bridge._requests import model_of
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval._fits import cross_validated
@@ -160,8 +160,8 @@ def _model_of_parameters(params: str | Path) -> str | None:
     if Path(params).suffix != ".json":
         return None
     try:
-        payload = json.loads(Path(params).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        payload = parse_json(read_text(params, "Parameter file"))
+    except (InputError, ForeignFault):
         return None  # what is wrong is said by whoever reads the parameters
     tuned_model = (
         payload.get("model") if isinstance(payload, dict) and "parameters" in payload else None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval._examples import EXAMPLES
 from sloop_ppl.eval._inventory import map_finder
@@ -21,7 +23,7 @@ from sloop_ppl.eval._reward_tables import (
     reward_table,
     sweeps_table,
 )
-from sloop_ppl.eval._tables import Estimate, Table
+from sloop_ppl.eval._tables import Estimate, Table, literal
 from sloop_ppl.eval.results import Results
 from sloop_ppl.outputs import check_output, check_output_folder, written_whole
 
@@ -49,12 +51,13 @@ class Report:
 
     def markdown(self, pictures: str) -> str:
         """Return it as Markdown, the pictures in a folder beside it."""
-        blocks = [f"# {self.title}"]
+        blocks = [f"# {literal(self.title)}"]
         for part in self.parts:
             if isinstance(part, Table):
-                blocks.append(f"**{part.title}**\n\n{part.markdown()}")
+                blocks.append(f"**{literal(part.title)}**\n\n{part.markdown()}")
             elif isinstance(part, Picture):
-                blocks.append(f"![{part.name}]({pictures}/{part.name}.png)\n\n*{part.caption}*")
+                caption = literal(part.caption)
+                blocks.append(f"![{part.name}]({pictures}/{part.name}.png)\n\n*{caption}*")
             else:
                 blocks.append(part)
         return "\n\n".join(blocks) + "\n"
@@ -193,7 +196,7 @@ def _what_was_run(sweeps: Sequence[Results]) -> str:
         f"- sloop_ppl {manifest['version']}, commit {manifest['git'] or 'unknown'}; "
         + ", ".join(f"{name} {version}" for name, version in manifest["packages"].items()),
     ]
-    return "\n".join(lines)
+    return "\n".join(f"- {literal(line[2:])}" for line in lines)
 
 
 def _examples(main: Results, maps: str | Path | None) -> list[str | Table | Picture]:
@@ -235,11 +238,10 @@ def _search_figure(episode: Any, city: Any) -> Figure:
 
 
 def _quality_payload(path: str | Path) -> Mapping[str, Any]:
+    text = read_text(path, "Scores")
     try:
-        payload = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be read: {error.strerror}") from error
-    except ValueError as error:
+        payload = parse_json(text, finite=False)
+    except ForeignFault as error:
         raise InputError(f"'{path}' is not JSON: {error}") from error
     if not isinstance(payload, dict) or "models" not in payload or "paired" not in payload:
         raise InputError(
@@ -260,10 +262,11 @@ def _draw(report: Report, folder: Path) -> None:
 def _page(title: str, text: str) -> str:
     from markdown_it import MarkdownIt
 
-    body = MarkdownIt("commonmark").enable("table").render(text)
+    # Ids and names are in the text: whatever they hold, no HTML of theirs is passed on.
+    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
     return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
-        f"<style>{_STYLE}</style></head>\n<body>\n{body}</body></html>\n"
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f"<title>{html.escape(title)}</title>\n<style>{_STYLE}</style></head>\n<body>\n{body}</body></html>\n"
     )
 
 

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, OutputError
+from sloop_ppl.eval._driver_watch import wait_for_workers
 from sloop_ppl.eval._facts import TargetFacts
 from sloop_ppl.eval._manifest import changes
 from sloop_ppl.eval._trial_files import read_trials
@@ -146,18 +148,15 @@ def _locked(folder: Path) -> Iterator[None]:
                 f"Output folder '{folder}' is being written by another sweep; wait until it has "
                 "ended, or choose another folder"
             ) from error
+        wait_for_workers(folder)
         yield
 
 
 def _read(path: Path) -> Any:
+    text = read_text(path, "File", hint="; expected a folder that `sloop eval search --out` made")
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"'{path}' cannot be read: {error.strerror}; expected a folder that "
-            "`sloop eval search --out` made"
-        ) from error
-    except ValueError as error:
+        return parse_json(text, finite=False)
+    except ForeignFault as error:
         raise InputError(f"'{path}' is not JSON: {error}") from error
 
 

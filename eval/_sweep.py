@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import signal
 import sys
@@ -11,12 +10,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from pathlib import Path
 
 import cloudpickle
 import torch
 
 from sloop_ppl.errors import OutputError, SloopError
 from sloop_ppl.eval._backends import BACKENDS, WorkersLost
+from sloop_ppl.eval._driver_watch import Driver, working_in
 from sloop_ppl.eval._run_folder import RunFolder
 from sloop_ppl.eval._trial_files import append_trial
 from sloop_ppl.eval.descriptions import AnnotatedDescription
@@ -161,7 +162,7 @@ def run_sweep(
         before, jobs = done, _jobs(sweep, _finished(sweep, folder))
         try:
             work = partial(
-                _work, folder=str(folder.parts), searching=sweep.searching, driver=os.getpid()
+                _work, folder=str(folder.parts), searching=sweep.searching, driver=Driver.this()
             )
             for result in run(work, jobs, workers=workers, address=address):
                 if result.fault is not None:
@@ -223,10 +224,10 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
     return sorted(jobs, key=lambda job: slow.get(job.keys[0].model, 1))
 
 
-def _work(job: _Job, *, folder: str, searching: Searching, driver: int) -> _Done:
+def _work(job: _Job, *, folder: str, searching: Searching, driver: Driver) -> _Done:
     """Do a job in a worker, writing each trial as soon as it is done."""
     done = 0
-    with _one_thread(stoppable=os.getpid() == driver):
+    with _one_thread(stoppable=driver.is_this), working_in(Path(folder).parent, driver):
         try:
             city = _CITIES.setdefault(job.map_digest, job.searched.city)
             annotated = job.searched.annotated

@@ -142,7 +142,7 @@ def sweep_files(
         if len(folder.trials()) < folder.manifest["n_trials"] or not has_examples(folder):
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
-                kept = request.fits or folder.path / "fits.pkl"
+                kept = request.fits or folder.path / "fits.json"
                 used.update(cross_validated(descriptions, fitted, find, kept=kept, progress=notify))
             run_sweep(
                 sweep,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable
+import re
 from dataclasses import dataclass
 from typing import TypeAlias
 
-__all__ = ["Cell", "Estimate", "Table"]
+__all__ = ["Cell", "Estimate", "Table", "literal"]
 
 
 @dataclass(frozen=True)
@@ -89,13 +89,14 @@ class Table:
     def markdown(self) -> str:
         """Return it as Markdown, the notes below."""
         lines = [
-            "| " + " | ".join(self.head) + " |",
+            "| " + " | ".join(map(_in_table, self.head)) + " |",
             "|" + "".join(" ---: |" if right else " --- |" for right in self.numeric()),
         ]
-        for row, cells in zip(self.rows, self.texts(), strict=True):
+        for row, texts in zip(self.rows, self.texts(), strict=True):
+            cells = list(map(_in_table, texts))
             if _is_heading(row):
                 cells[0] = f"**{cells[0]}**"
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+            lines.append("| " + " | ".join(cells) + " |")
         notes = [f"\n{' '.join(self.notes)}"] if self.notes else []
         return "\n".join([*lines, *notes])
 
@@ -119,13 +120,16 @@ class Table:
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""])
 
     def csv(self) -> str:
-        """Return it as CSV, with a column for each end of an interval."""
+        """Return it as CSV, with a column for each end of an interval.
+
+        A text that a spreadsheet would take for a formula has an apostrophe before it.
+        """
         body = [row for row in self.rows if not _is_heading(row)]
         wide = [any(_is_bounded(row[i]) for row in body) for i in range(len(self.head))]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(
-            name
+            _no_formula(name)
             for head, ends in zip(self.head, wide, strict=True)
             for name in ((head, f"{head} low", f"{head} high") if ends else (head,))
         )
@@ -136,9 +140,40 @@ class Table:
                     numbers = (cell.mean, cell.low, cell.high)
                     cells += map(_number, numbers if ends else numbers[:1])
                 else:
-                    cells += ["" if cell is None else cell, *(["", ""] if ends else [])]
+                    cells += [
+                        "" if cell is None else _no_formula(cell),
+                        *(["", ""] if ends else []),
+                    ]
             writer.writerow(cells)
         return text.getvalue()
+
+
+def literal(text: str) -> str:
+    r"""Return a text that Markdown shows as it is, on one line: neither tags, links nor pictures.
+
+    Examples
+    --------
+    >>> print(literal("<img src=x>, ![a](b), 12 [9, 15]"))
+    \<img src=x>, ![a]\(b), 12 [9, 15]
+    """
+    text = " ".join(text.split()).replace("\\", "\\\\")
+    return re.sub(r"<(?=[A-Za-z/!?])|(?<=\])[(\[]", lambda found: f"\\{found[0]}", text)
+
+
+def _in_table(text: str) -> str:
+    return literal(text).replace("|", "\\|")
+
+
+def _no_formula(cell: str | float) -> str | float:
+    if not isinstance(cell, str) or not cell.lstrip(" ").startswith(
+        ("=", "+", "-", "@", "\t", "\r")
+    ):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
 
 
 def _is_heading(row: tuple[Cell, ...]) -> bool:
@@ -167,9 +202,16 @@ def _number(value: float) -> object:
     return round(value, 6) if math.isfinite(value) else ""
 
 
-_TEX = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "−": "$-$", "±": r"$\pm$", "×": r"$\times$"}
+_TEX = {
+    **{sign: rf"\{sign}" for sign in "&%_#${}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "−": "$-$",
+    "±": r"$\pm$",
+    "×": r"$\times$",
+}
 
 
 def _tex(text: str) -> str:
-    change: Callable[[str], str] = lambda sign: _TEX.get(sign, sign)  # noqa: E731
-    return "".join(map(change, text))
+    return "".join(_TEX.get(sign, sign) for sign in text)

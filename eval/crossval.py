@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.inference.learning import Example, fit
+from sloop_ppl.inference.learning import Example, Fitted, fit
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.models import ObservationModel, unfitted
 
-__all__ = ["examples_of", "refitted"]
+__all__ = ["examples_of", "refits", "refitted"]
 
 
 def examples_of(
@@ -57,6 +57,23 @@ def refitted(
     InputError
         When all descriptions are of one map.
     """
+    found = refits(descriptions, model, find_map, iterations=iterations, progress=progress)
+    start = unfitted(model)
+    return {left_out: fitted.apply(start) for left_out, fitted in found.items()}
+
+
+def refits(
+    descriptions: Sequence[AnnotatedDescription],
+    model: ObservationModel,
+    find_map: Callable[[str], CityMap] = load_map,
+    *,
+    iterations: int = 30,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Fitted]:
+    """Return map name -> the numbers fitted to the descriptions of all other maps.
+
+    They belong to ``unfitted(model)``; parameters and errors are those of `refitted`.
+    """
     maps = list(dict.fromkeys(annotated.map for annotated in descriptions))
     if len(maps) < 2:
         raise InputError(
@@ -70,7 +87,7 @@ def refitted(
             [annotated for annotated in descriptions if annotated.map != left_out], find_map
         )
         fitted = fit(rest, start, iterations=iterations, intervals=False)
-        found[left_out] = fitted.apply(start)
+        found[left_out] = fitted
         if progress:
             score = fitted.provenance["mean_log_score_after"]
             progress(f"{model.name} without {left_out}: mean log score {score:.3f} on the rest")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.eval._gold import GoldEntry, entries_of, gold_entries, gold_relations
 from sloop_ppl.eval._line_format import (
@@ -352,10 +352,7 @@ def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, A
 
 
 def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
-    try:
-        text = Path(source).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Description file '{source}' cannot be read: {error}") from error
+    text = read_text(source, "Description file")
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip():
             yield number, line
@@ -363,8 +360,8 @@ def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
 
 def _parse(line: str) -> dict[str, Any]:
     try:
-        data = json.loads(line)
-    except (ValueError, RecursionError) as error:
+        data = parse_json(line, finite=False)
+    except ForeignFault as error:
         raise Fault("line", f"is not JSON: {error}") from error
     if not isinstance(data, dict):
         raise Fault("line", f"is a {type(data).__name__}; expected a JSON object")

@@ -145,7 +145,7 @@ def train_frames(
         raise InputError(
             f"There are {len(examples)} labelled buildings to train on; expected at least 16"
         )
-    with seeded_torch(rng):
+    with torch.enable_grad(), seeded_torch(rng):
         generator = torch.Generator().manual_seed(int(rng.integers(2**31)))
         order = torch.randperm(len(examples), generator=generator)
         count = max(4, round(len(examples) * _CHECKED))

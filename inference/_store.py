@@ -5,6 +5,7 @@ Shape legend: V values of each latent that phrases share; K components.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -17,6 +18,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import by_coordinate
+from sloop_ppl._foreign import parse_json
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
@@ -46,8 +49,13 @@ _SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1,
 """Section of a file -> its version. A reader refuses versions it does not know, section by
 section, and passes over sections it does not know, so that a later latent needs no new format."""
 
-_AREA = {"area": 1}
-"""The section of a file whose posterior has a search area; without it the area is the map."""
+_OPTIONAL = {"area": 1, "digest": 1}
+"""Sections that a file may lack: without an area it is the map; earlier files have no digest."""
+
+_DIGESTED = (
+    *("belief", "log_prior", "log_sensed", "log_factor"),
+    *("entry_target", "entry_description", "target", "component", "x", "y"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +110,8 @@ def to_dataset(
         rows = table.reshape(-1, len(names), *grid.shape)
         factors[entry, : len(rows)] = rows
     cells = ("y", "x")
-    return xarray.Dataset(
+    sections = {**_SECTIONS, "digest": 1, **({"area": 1} if parts.area else {})}
+    made = xarray.Dataset(
         {
             "belief": (("target", *cells), over_cells(beliefs)),
             "log_prior": (("target", *cells), over_cells(parts.log_prior)),
@@ -120,7 +129,7 @@ def to_dataset(
         attrs={
             "title": _TITLE,
             "format": _FORMAT,
-            "sections": json.dumps({**_SECTIONS, **(_AREA if parts.area else {})}),
+            "sections": json.dumps(sections),
             "map": parts.city.name,
             "map_digest": parts.city.digest,
             "model": parts.model.name,
@@ -138,6 +147,23 @@ def to_dataset(
             **({"area_wkt": parts.area.polygon.wkt} if parts.area else {}),
         },
     )
+    return made.assign_attrs(tables_digest=tables_digest(made))
+
+
+def tables_digest(data: xarray.Dataset) -> str:
+    """Return a SHA-256 of the tables of a posterior in their own order, in hexadecimal."""
+    known = hashlib.sha256()
+    for name in _DIGESTED:
+        array = data[name]
+        values = array.values
+        if values.dtype.kind in "OUST":
+            written = json.dumps([str(value) for value in values.ravel()]).encode()
+        else:
+            kind = "<f8" if values.dtype.kind == "f" else "<i8"
+            written = np.ascontiguousarray(values, dtype=kind).tobytes()
+        known.update(json.dumps([name, [str(d) for d in array.dims], values.shape]).encode())
+        known.update(written)
+    return known.hexdigest()
 
 
 def save_parts(
@@ -196,12 +222,13 @@ def load_parts(path: str | Path) -> StoredPosterior:
             f"infer it again with this version{again}"
         )
     try:
-        _check_sections(json.loads(data.attrs["sections"]))
-        return _from_dataset(data)
+        sections = parse_json(data.attrs["sections"])
+        _check_sections(sections)
+        return _from_dataset(data, "digest" in sections)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
-    except (InputError, TypeError, ValueError, LookupError, AttributeError) as error:
-        message = " ".join(str(error).split())
+    except Exception as error:  # whatever a damaged part makes its reader raise
+        message = " ".join(str(error).split())[:400] or type(error).__name__
         raise InputError(f"Posterior '{path}' cannot be read: {message}") from error
 
 
@@ -218,7 +245,7 @@ def _texts(written: Any) -> list[str]:
 def _check_sections(found: Any) -> None:
     if not isinstance(found, dict):
         raise InputError(f"its list of sections is {found!r}; expected names with versions")
-    for name, version in (_SECTIONS | {n: v for n, v in _AREA.items() if n in found}).items():
+    for name, version in (_SECTIONS | {n: v for n, v in _OPTIONAL.items() if n in found}).items():
         if found[name] != version:
             raise InputError(
                 f"its section '{name}' has version {found[name]}; expected {version}; read it with "
@@ -226,18 +253,23 @@ def _check_sections(found: Any) -> None:
             )
 
 
-def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
-    city = from_geojson(json.loads(data.attrs["map_geojson"]))
-    model = model_from_parts(json.loads(data.attrs["model_parts"]))
+def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
+    city = from_geojson(parse_json(data.attrs["map_geojson"]))
+    data = by_coordinate(data, "its tables have other cells than its map", city.grid)
+    data = data.transpose("target", "entry", "setting", "component", "y", "x")
+    model = model_from_parts(parse_json(data.attrs["model_parts"], finite=False))
     targets = [str(t) for t in data["target"].values]
     names = tuple(str(name) for name in data["component"].values)
     if names != tuple(part.name for part in model.components):
         raise InputError(
             f"it holds {len(names)} components; its model has {len(model.components)}, or others"
         )
+    if has_digest and data.attrs["tables_digest"] != tables_digest(data):
+        raise InputError("its tables are not those that were saved; infer it again")
+    truths, written = parse_json(data.attrs["truths"]), parse_json(data.attrs["descriptions"])
+    _check_tables(data, len(written))
     factors = []
-    truths = json.loads(data.attrs["truths"])
-    for d, records in enumerate(json.loads(data.attrs["descriptions"])):
+    for d, records in enumerate(written):
         descriptions = tuple(map(_description, records))
         grounded = ground_description(descriptions, city, model, targets)
         to_targets = ground_target_relations(descriptions, city, model, targets)
@@ -246,18 +278,40 @@ def _from_dataset(data: xarray.Dataset) -> StoredPosterior:
         tables = {}
         for entry in np.flatnonzero(data["entry_description"].values == d):
             target = targets[int(data["entry_target"][entry])]
+            if target not in ground.targets:
+                raise InputError(f"its description {d + 1} says nothing of target '{target}'")
             table = data["log_factor"][int(entry), : math.prod(sizes)].values
+            if np.isnan(table).any():
+                raise InputError("its table log_factor holds NaN; expected log likelihoods")
             tables[target] = table.reshape(*sizes, len(names), -1)
         factors.append(DescriptionFactor(descriptions, ground, tables, pair_kernels(ground)))
     return StoredPosterior(
         city=city,
         model=model,
-        method=_engine(str(data.attrs["engine"]), json.loads(data.attrs["engine_options"])),
+        method=_engine(str(data.attrs["engine"]), parse_json(data.attrs["engine_options"])),
         log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
         factors=tuple(factors),
         log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
         area=_area(data.attrs.get("area_wkt"), city),
     )
+
+
+def _check_tables(data: xarray.Dataset, n_descriptions: int) -> None:
+    """Refuse tables that are no log weights, and entries of targets or descriptions not there."""
+    for name in ("log_prior", "log_sensed"):
+        top = data[name].values.max(axis=(-2, -1), initial=-np.inf)
+        if np.isnan(data[name].values).any() or not np.isfinite(top).all():
+            raise InputError(f"its table {name} holds NaN, infinity or a target that is nowhere")
+    factors = data["log_factor"].values
+    if np.isposinf(factors).any():
+        raise InputError("its table log_factor holds infinity; expected log likelihoods")
+    n_targets = data.sizes["target"]
+    if len(set(map(str, data["target"].values))) < n_targets:
+        raise InputError("it names a target twice; expected each once")
+    for name, most in (("entry_target", n_targets), ("entry_description", n_descriptions)):
+        index = data[name].values
+        if index.dtype.kind not in "iu" or ((index < 0) | (index >= most)).any():
+            raise InputError(f"its {name} names one that is not there; infer it again")
 
 
 def _area(wkt: Any, city: CityMap) -> SearchArea | None:

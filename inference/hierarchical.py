@@ -196,7 +196,8 @@ def _chain(
         hook_fn=hook,
         disable_progbar=True,
     )
-    chain.run()
+    with torch.enable_grad():
+        chain.run()
     return chain.get_samples(), len(chain.diagnostics()["divergences"]["chain 0"])
 
 

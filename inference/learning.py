@@ -323,7 +323,7 @@ class _Descent:
         z = self._z
         z.grad = None
         try:
-            with summed_within(_WITHIN):
+            with torch.enable_grad(), summed_within(_WITHIN):
                 scores = self._score.scores(self._free, z, {})
                 loss = 0.5 * (z - self._free.centre).square().sum() - scores.sum()
                 (gradient,) = torch.autograd.grad(loss, z)
@@ -350,7 +350,7 @@ def curvature(free: FreeParameters, score: SupervisedScore, z: Tensor) -> Tensor
             at = z.clone()
             at[i] += sign * step
             at.requires_grad_(True)
-            with summed_within(_EXACTLY):
+            with torch.enable_grad(), summed_within(_EXACTLY):
                 loss = 0.5 * (at - free.centre).square().sum() - score.scores(free, at, {}).sum()
                 sides.append(torch.autograd.grad(loss, at)[0])
         rows.append((sides[0] - sides[1]) / (2 * step))

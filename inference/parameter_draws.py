@@ -12,6 +12,7 @@ import numpy as np
 import torch
 from pyro.ops.stats import effective_sample_size, split_gelman_rubin
 
+from sloop_ppl._foreign import parse_json, read_text
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference._draws import import_arviz
 from sloop_ppl.models import ObservationModel
@@ -178,17 +179,26 @@ class ParameterDraws:
         """
         import xarray
 
+        text = read_text(path, "Draws")
         try:
-            payload = json.loads(Path(path).read_text("utf-8"))
+            payload = parse_json(text)
             dataset = xarray.Dataset.from_dict(payload["draws"])
-            return cls(str(payload["model"]), dataset, payload["provenance"])
-        except OSError as error:
-            raise InputError(f"Draws '{path}' cannot be read: {error.strerror}") from error
-        except (ValueError, KeyError, TypeError) as error:
+            found = cls(str(payload["model"]), dataset, dict(payload["provenance"]))
+            found._check()
+        except Exception as error:  # xarray raises nearly anything on damaged tables
             raise InputError(
                 f"'{path}' holds no draws of parameters; expected a JSON file that "
                 "ParameterDraws.save wrote"
             ) from error
+        return found
+
+    def _check(self) -> None:
+        """Raise `ValueError` unless every variable holds finite draws by chain."""
+        for name, array in self.dataset.data_vars.items():
+            if not {"chain", "draw"} <= set(array.dims) or not np.isfinite(array.values).all():
+                raise ValueError(f"{name} holds no finite draws")
+        if not all(map(np.isfinite, (v for s in self.parameters.values() for v in s.values()))):
+            raise ValueError("the medians are not finite")
 
     def _medians(self, chosen: Mapping[str, str]) -> dict[str, dict[str, float]]:
         medians: dict[str, dict[str, float]] = {}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid, SearchArea
 from sloop_ppl.models import cell_prior
@@ -25,7 +26,8 @@ def log_priors(
     ----------
     prior
         None for uniform; a name, file or function that :func:`sloop_ppl.models.cell_prior` takes;
-        an array (H, W) of weights; or a mapping of target to one of these. Weights need not sum to
+        an array (H, W) of weights, row 0 in the south, or an xarray one, whose coordinates x and y
+        tell where its cells are; or a mapping of target to one of these. Weights need not sum to
         one; a target that a mapping leaves out is anywhere.
     targets
         Ids of the targets.
@@ -67,6 +69,8 @@ def _for_each(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, ND
 
 
 def _checked(table: Any, whose: str, grid: Grid) -> NDArray[np.float64]:
+    if has_cell_axes(table):
+        table = by_coordinate(table, f"Prior of {whose}", grid)
     try:
         weights = np.asarray(table, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -158,7 +158,8 @@ def _averaged(engine: Nuts | Svi, data: ProgramData, rng: np.random.Generator) -
                     tables.append(description_tables(program)[0].numpy())
                 continue
             start = {name: _likeliest(prior) for name, prior in priors.items()}
-            with pyro.validation_enabled(False), mistakes():
+            # Whoever calls may have switched gradients off; these engines follow them.
+            with torch.enable_grad(), pyro.validation_enabled(False), mistakes():
                 frames = engine.find(program, start)
             log_z = _log_evidence(program, priors, frames, rng)
             tables.append(_mean_posterior(program, frames) + log_z)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._foreign import is_file
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 
@@ -19,6 +21,9 @@ __all__ = ["FileCells", "read_netcdf"]
 
 Table = NDArray[np.float64]
 
+MOST_BYTES = 8 * 2**30
+"""Memory that the tables of a file may take."""
+
 
 def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
     """Return all that a netCDF file holds; `what` names it in messages.
@@ -26,17 +31,23 @@ def read_netcdf(path: str | Path, what: str) -> xarray.Dataset:
     Raises
     ------
     InputError
-        When it does not exist or is no netCDF.
+        When it does not exist, is no netCDF, or holds more than `MOST_BYTES`.
     """
-    if not Path(path).is_file():
+    if not is_file(path):
         raise InputError(f"{what} '{path}' cannot be read: no such file")
     import xarray
 
     try:
-        with xarray.open_dataset(Path(path), engine="h5netcdf") as opened:
-            return opened.load()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{what} '{path}' cannot be read: no netCDF") from error
+        with xarray.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as opened:
+            size = opened.nbytes  # a few kilobytes of a file can stand for terabytes
+            if size <= MOST_BYTES:
+                return opened.load()
+    except Exception as error:  # HDF5 and its readers raise nearly anything on damaged files
+        raise InputError(f"{what} '{path}' cannot be read: no netCDF, or a damaged one") from error
+    raise InputError(
+        f"{what} '{path}' holds {size / 2**30:.3g} GiB of tables; expected at most "
+        f"{MOST_BYTES / 2**30:g} GiB"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +59,9 @@ class FileCells:
     name
         What to call it in messages.
     belief
-        Weights, dims (y, x), or (target, y, x) with the targets' ids; y from the south. Where it
-        has coordinates x and y they are cell centres in metres, and are checked. A target it does
-        not hold is anywhere.
+        Weights, dims (y, x), or (target, y, x) with the targets' ids. Where it has coordinates x
+        and y they are cell centres in metres, in any order, and are checked; without them y is from
+        the south. A target it does not hold is anywhere.
     map_name, map_digest
         Name and digest of the map it was made on, checked when there is one.
     """
@@ -76,6 +87,8 @@ class FileCells:
                 "'belief' of dims (y, x) or (target, y, x); expected one of the two"
             )
         belief = data["belief"]
+        if has_cell_axes(belief) and {"x", "y"} <= set(belief.coords):
+            belief = belief.transpose(*("target",) * ("target" in belief.dims), "y", "x", ...)
         if belief.dims not in (("y", "x"), ("target", "y", "x")):
             raise InputError(
                 f"Prior '{path}' has a 'belief' of dims {belief.dims}; expected (y, x) or "
@@ -100,20 +113,23 @@ class FileCells:
                 f"Prior '{self.name}' was made on another map ('{self.map_name}'); expected "
                 f"'{city.name}' as it is now; make it again on this map"
             )
-        grid = city.grid
-        shape = tuple(self.belief.shape[-2:])
+        grid, belief = city.grid, self.belief
+        shape = tuple(belief.shape[-2:])
         if shape != grid.shape:
             raise InputError(f"Prior '{self.name}' has shape {shape}; expected {grid.shape}")
-        for axis, centres in (("x", grid.x_m), ("y", grid.y_m)):
-            if axis in self.belief.coords and not np.allclose(
-                self.belief[axis], centres, rtol=0, atol=1e-3 * grid.cell_m
-            ):
-                raise InputError(
-                    f"Prior '{self.name}' has other cells than map '{city.name}': its {axis} "
-                    f"starts at {float(self.belief[axis][0]):g} m, expected {centres[0]:g} m"
-                )
-        if "target" not in self.belief.dims:
-            return np.asarray(self.belief.values, dtype=np.float64)
-        if target not in self.belief["target"]:
-            return np.ones(grid.shape)
-        return np.asarray(self.belief.sel(target=target).values, dtype=np.float64)
+        if {"x", "y"} & set(belief.coords):
+            what = f"Prior '{self.name}' has other cells than map '{city.name}'"
+            belief = by_coordinate(belief, what, grid)
+        if "target" in belief.dims:
+            if target not in belief["target"]:
+                return np.ones(grid.shape)
+            belief = belief.sel(target=target)
+        if belief.shape != grid.shape:
+            raise InputError(f"Prior '{self.name}' names target '{target}' twice; expected once")
+        return _numbers(belief, self.name)
+
+
+def _numbers(belief: xarray.DataArray, name: str) -> Table:
+    if belief.dtype.kind not in "fiub":
+        raise InputError(f"Prior '{name}' has a 'belief' of {belief.dtype}; expected numbers")
+    return np.asarray(belief.values, dtype=np.float64)

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps.landmark import PATH_KINDS
@@ -210,11 +211,10 @@ class LearntCells:
         UnknownName
             For a feature there is none of.
         """
+        text = read_text(path, "Prior")
         try:
-            payload: Any = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(f"Prior '{path}' cannot be read: {error.strerror}") from error
-        except ValueError as error:  # JSONDecodeError, UnicodeDecodeError
+            payload: Any = parse_json(text)
+        except ForeignFault as error:
             raise InputError(f"Prior '{path}' is no JSON: {error}") from error
         if not isinstance(payload, Mapping) or payload.get("kind") != _KIND:
             raise InputError(
@@ -231,7 +231,7 @@ class LearntCells:
             raise
         except KeyError as error:
             raise InputError(f"Prior '{path}' lacks {error}; save it again") from error
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"Prior '{path}' is not one: {error}") from error
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, parse_toml, read_text
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models.likelihoods import with_values
 from sloop_ppl.models.presets import ObservationModel
@@ -39,13 +38,11 @@ def load_parameters(path: str | Path) -> dict[str, dict[str, Any]]:
         When the file does not exist, or is no TOML or JSON of sections.
     """
     file = Path(path)
+    text = read_text(file, "Parameter file")
+    kind = "JSON" if file.suffix == ".json" else "TOML"
     try:
-        text = file.read_text(encoding="utf-8")
-        payload: Any = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
-    except OSError as error:
-        raise InputError(f"Parameter file '{path}' cannot be read: {error.strerror}") from error
-    except ValueError as error:  # TOMLDecodeError, JSONDecodeError, UnicodeDecodeError
-        kind = "JSON" if file.suffix == ".json" else "TOML"
+        payload: Any = parse_json(text) if kind == "JSON" else parse_toml(text)
+    except ForeignFault as error:
         raise InputError(f"Parameter file '{path}' is no {kind}: {error}") from error
     if isinstance(payload, Mapping) and isinstance(payload.get("parameters"), Mapping):
         payload = payload["parameters"]
@@ -122,7 +119,7 @@ def _frames(model: ObservationModel, numbers: Mapping[str, Any]) -> ObservationM
     for name, value in numbers.items():
         if name not in known:
             raise UnknownName(f"parameter of {type(prior).__name__}", name, known)
-        number = _number(name, value)
+        number = _number(name, value, finite=False)  # a kappa of infinity is one certain front
         allowed, range_text = _range_of(name)
         if not allowed(number):
             raise InputError(
@@ -155,11 +152,13 @@ def _weights(model: ObservationModel, numbers: Mapping[str, Any]) -> Observation
     return replace(model, components=components)
 
 
-def _number(name: str, value: Any) -> float:
+def _number(name: str, value: Any, *, finite: bool = True) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"Parameter '{name}' is {value!r}; expected a number")
-    if math.isnan(value):
+    if value != value:
         raise InputError(f"Parameter '{name}' is NaN; expected a number")
+    if not -1e300 <= value <= 1e300 and (finite or isinstance(value, int)):
+        raise InputError(f"Parameter '{name}' is infinite; expected a finite number")
     return float(value)
 
 

@@ -17,6 +17,7 @@ __all__ = [
     "SloopError",
     "UnknownName",
     "nearest_names",
+    "on_one_line",
 ]
 
 
@@ -54,7 +55,8 @@ class UnknownName(InputError):
             listed = f"one of {len(self.expected)} names"
             guess = guess or f", such as {', '.join(sorted(self.expected)[:3])}"
         named = kind[:1].upper() + kind[1:]
-        super().__init__(f"{named} '{found}' is unknown; expected {listed}{guess}{hint}")
+        shown = on_one_line(found)
+        super().__init__(f"{named} '{shown}' is unknown; expected {listed}{guess}{hint}")
 
 
 class MapError(InputError):
@@ -123,6 +125,18 @@ class ProgramError(InputError):
 
 class OutputError(SloopError, OSError):
     """An output path cannot be written."""
+
+
+def on_one_line(text: str, most: int = 200) -> str:
+    r"""Return a text that others wrote for a message: on one line, the end left out if long.
+
+    Examples
+    --------
+    >>> on_one_line("two\nlines")
+    'two lines'
+    """
+    line = " ".join(text.split()) if "\n" in text or "\r" in text else text
+    return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
 def nearest_names(name: str, known: Sequence[str], count: int = 3) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from sloop_ppl.errors import OutputError
+from sloop_ppl.errors import OutputError, on_one_line
 
 __all__ = ["check_output", "check_output_folder", "written_whole"]
 
@@ -34,6 +34,13 @@ def check_output(path: str | Path, endings: Sequence[str]) -> Path:
             f"Output '{path}' ends in '{target.suffix}'; expected one of {', '.join(endings)}"
         )
     folder = target.parent
+    try:
+        os.lstat(target)
+    except (FileNotFoundError, NotADirectoryError):
+        pass  # said below, where the folder is missing
+    except (OSError, ValueError) as error:  # a name too long, a NUL in it, a folder that is closed
+        said = getattr(error, "strerror", None) or error
+        raise OutputError(f"Output '{on_one_line(str(path))}' cannot be written: {said}") from error
     if not folder.is_dir():
         raise OutputError(f"Output '{path}': folder '{folder}' does not exist; make it first")
     if target.is_dir():

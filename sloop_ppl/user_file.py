@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from sloop_ppl._foreign import is_file
 from sloop_ppl.errors import InputError, SloopError, UnknownName
 
 __all__ = [
@@ -185,7 +186,7 @@ def open_user_file(spec: str, kind: str) -> UserFile:
         raise InputError(f"{kind} '{spec}' is no file of yours; give FILE.py:NAME")
     file, _, wanted = spec.rpartition(".py:") if ".py:" in spec else (spec[:-3], "", "")
     path = Path(f"{file}.py")
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{kind} file '{path}' does not exist; give FILE.py:NAME")
     digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
     name = f"_sloop_user_{path.stem}_{digest}"

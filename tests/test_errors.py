@@ -14,7 +14,7 @@ from sloop_ppl.errors import (
 
 
 @pytest.mark.parametrize(
-    "name", [n for n in errors.__all__ if n not in ("SloopError", "nearest_names")]
+    "name", [n for n in errors.__all__ if n not in ("SloopError", "nearest_names", "on_one_line")]
 )
 def test_every_error_is_of_the_family_and_of_a_built_in(name):
     kind = getattr(errors, name)

@@ -9,13 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import torch
+from msgspec import Meta, Struct
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor, nn
 
+from sloop_ppl._foreign import parse_json
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError
 from sloop_ppl.models.frames._pictures import PLANES
 from sloop_ppl.models.frames._streets import FEATURES
@@ -74,6 +77,21 @@ class NetworkShape:
     streets: bool = True
     angle: bool = False
     greys: bool = False
+
+
+Width = Annotated[int, Meta(ge=1, le=1024, description="a number from 1 to 1024")]
+Widths = Annotated[tuple[Width, Width], Meta(description="two numbers from 1 to 1024")]
+
+
+class _ShapeRecord(Struct):
+    """A `NetworkShape` as a file holds it."""
+
+    view: str
+    channels: Widths
+    hidden: Widths
+    streets: bool
+    angle: bool
+    greys: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,12 +313,15 @@ def load_weights(path: str | Path) -> TrainedFrames:
     """
     try:
         with safe_open(str(path), framework="pt") as file:
-            metadata: dict[str, Any] = json.loads((file.metadata() or {}).get(_ENTRY, "{}"))
+            metadata: Any = parse_json((file.metadata() or {}).get(_ENTRY, "{}"))
             state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     except FileNotFoundError as error:
         raise InputError(f"Weights '{path}' do not exist; expected a {_ENDING} file") from error
-    except (OSError, ValueError, SafetensorError) as error:
-        raise InputError(f"Weights '{path}' are no safetensors file: {error}") from error
+    except (OSError, ValueError, TypeError, RuntimeError, SafetensorError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise InputError(f"Weights '{path}' are no safetensors file: {reason}") from error
+    if not isinstance(metadata, dict):
+        raise InputError(f"Weights '{path}' do not say what they are; train them again")
     found = metadata.get("version", "none")
     if found != WEIGHTS_VERSION:
         raise InputError(
@@ -310,7 +331,7 @@ def load_weights(path: str | Path) -> TrainedFrames:
     try:
         network = FrameNetwork(_shape(metadata["shape"]))
         network.load_state_dict(state)
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+    except (Fault, KeyError, TypeError, ValueError, RuntimeError, OverflowError) as error:
         reason = str(error).split("\n")[0]
         raise InputError(f"Weights '{path}' do not fit their network: {reason}") from error
     if not all(bool(torch.isfinite(t).all()) for t in state.values()):
@@ -320,6 +341,7 @@ def load_weights(path: str | Path) -> TrainedFrames:
     return TrainedFrames(network, MappingProxyType(about))
 
 
-def _shape(record: dict[str, Any]) -> NetworkShape:
-    lists: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in record.items()}
-    return NetworkShape(**lists)
+def _shape(record: object) -> NetworkShape:
+    """Return the shape of a network, no larger than memory for it can be had."""
+    made = checked(record, _ShapeRecord)
+    return NetworkShape(**{name: getattr(made, name) for name in made.__struct_fields__})

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pomdp_py
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
@@ -18,6 +19,9 @@ from sloop_ppl.models import ObservationModel
 from sloop_ppl.planning._pomdp import Observation
 from sloop_ppl.planning._pomdp import ObservationModel as PomdpObservationModel
 
+if TYPE_CHECKING:
+    import xarray
+
 __all__ = ["LanguageObservationModel", "Utterance", "as_histogram"]
 
 Table = NDArray[np.float64]
@@ -25,7 +29,7 @@ Cell = tuple[int, int]
 
 
 def as_histogram(
-    belief: Table,
+    belief: Table | xarray.DataArray,
     make_state: Callable[[int, int], Hashable | None],
     among: Callable[[int, int], bool] | None = None,
 ) -> pomdp_py.Histogram:
@@ -34,7 +38,8 @@ def as_histogram(
     Parameters
     ----------
     belief
-        Weight of each cell, row 0 in the south, finite, >= 0, not all zero, shape (H, W).
+        Weight of each cell, row 0 in the south, finite, >= 0, not all zero, shape (H, W). Of an
+        xarray table the coordinates x and y tell where its cells are.
     make_state
         Row and column to a state of the domain, such as an ``ObjectState``; cells for which it
         returns None are left out, cells with equal states are added up.
@@ -49,7 +54,8 @@ def as_histogram(
     Raises
     ------
     InputError
-        When the belief is not one, or every cell of positive weight is left out.
+        When the belief is not one, lacks rows or columns between others, or every cell of
+        positive weight is left out.
 
     Examples
     --------
@@ -58,6 +64,8 @@ def as_histogram(
     >>> hist["cell", 0, 1]
     0.75
     """
+    if has_cell_axes(belief):
+        belief = by_coordinate(belief, "The belief")
     table = np.asarray(belief, dtype=np.float64)
     if table.ndim != 2 or not np.isfinite(table).all() or (table < 0).any():
         raise InputError(

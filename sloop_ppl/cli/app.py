@@ -5,14 +5,18 @@ from __future__ import annotations
 import atexit
 import gc
 import io
+import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from types import FrameType
 
 import typer
 from typer.exceptions import TyperException
 
 from sloop_ppl import __version__
+from sloop_ppl._figure_backend import forget_missing_backend
 from sloop_ppl.cli import (
     _belief,
     _evaluation,
@@ -26,8 +30,8 @@ from sloop_ppl.errors import SloopError
 
 __all__ = ["app", "main"]
 
-# 128 + SIGINT, as shells report it.
-_STOPPED = 130
+# 128 + the number of the signal, as shells report it.
+_STOPPED, _TERMINATED = 130, 143
 
 app = typer.Typer(
     help="From what a person says about where something is to a belief over a city map, and to "
@@ -66,13 +70,15 @@ app.command("warmup")(_short_commands.warmup)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 well, 2 a user's mistake, 1 a crash, 130 Ctrl-C."""
+    """Run the command line and exit: 0 well, 2 a mistake, 1 a crash, 130 Ctrl-C, 143 SIGTERM."""
     command = typer.main.get_command(app)
+    forget_missing_backend()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without curly quotes shows ?
+    stops: list[int] = []
     try:
-        with _seldom_collecting():
+        with _seldom_collecting(), _stopped_by_sigterm(stops):
             code = command.main(arguments, prog_name="sloop", standalone_mode=False)
     except TyperException as error:
         _refuse(error.format_message() if hasattr(error, "format_message") else str(error))
@@ -82,7 +88,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         code = _STOPPED
     if code == _STOPPED:  # typer itself answers Ctrl-C with this code
         sys.stderr.write("sloop: stopped\n")
+        code = _TERMINATED if stops else _STOPPED
     sys.exit(code or 0)
+
+
+@contextmanager
+def _stopped_by_sigterm(stops: list[int]) -> Iterator[None]:
+    """Treat SIGTERM as Ctrl-C, which keeps what was done; note in `stops` that it came."""
+    if threading.current_thread() is not threading.main_thread():  # signals are the main one's
+        yield
+        return
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        stops.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

@@ -5,8 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from msgspec import Meta, Struct
+
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import DescriptionError
 from sloop_ppl.language.values import TargetObject
 
@@ -29,7 +33,19 @@ DEFAULT_TARGETS = (
 )
 """The objects of the published data, meant only when a text names them."""
 
-_FIELDS = {"id", "names", "colour", "kind"}
+Word = Annotated[str, Meta(pattern=r"\S", description="a word")]
+
+
+class _Entry(Struct):
+    """One object of a targets file."""
+
+    id: Word
+    names: Annotated[list[Word], Meta(description="a list of words")] = []
+    colour: Word | None = None
+    kind: Word | None = None
+
+
+_FIELDS = set(_Entry.__struct_fields__)
 
 
 def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
@@ -52,13 +68,10 @@ def load_targets(path: str | Path) -> tuple[TargetObject, ...]:
     Traceback (most recent call last):
     sloop_ppl.errors.DescriptionError: Targets file 'none.json' cannot be read: No such file ...
     """
+    text = read_text(path, "Targets file", error=DescriptionError)
     try:
-        payload = json.loads(Path(path).read_text("utf-8"))
-    except OSError as error:
-        raise DescriptionError(
-            f"Targets file '{path}' cannot be read: {error.strerror or error}"
-        ) from error
-    except ValueError as error:
+        payload = parse_json(text)
+    except ForeignFault as error:
         raise DescriptionError(
             f"Targets file '{path}' is not JSON ({error}); expected a list of objects with an 'id'"
         ) from error
@@ -91,19 +104,11 @@ def _target(path: str | Path, number: int, entry: Any) -> TargetObject:
         raise DescriptionError(
             f"{where}: field '{unknown[0]}' is unknown; expected id, names, colour, kind"
         )
-    symbol = entry.get("id")
-    if not isinstance(symbol, str) or not symbol.strip():
-        raise DescriptionError(f"{where}: field 'id' is {_shown(symbol)}; expected a word")
-    names = entry.get("names", [])
-    if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
-        raise DescriptionError(
-            f"{where}: field 'names' is {_shown(names)}; expected a list of words"
-        )
-    for field in ("colour", "kind"):
-        value = entry.get(field)
-        if value is not None and (not isinstance(value, str) or not value.strip()):
-            raise DescriptionError(f"{where}: field '{field}' is {_shown(value)}; expected a word")
-    return TargetObject(symbol, tuple(names), entry.get("colour"), entry.get("kind"))
+    try:
+        made = checked(entry, _Entry)
+    except Fault as fault:
+        raise DescriptionError(f"{where}: {fault}") from fault
+    return TargetObject(made.id, tuple(made.names), made.colour, made.kind)
 
 
 def _shown(value: Any) -> str:

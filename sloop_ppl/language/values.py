@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 from sloop_ppl.errors import DescriptionError, UnknownName
@@ -86,10 +87,18 @@ class Candidate:
         Id of a landmark or target; None for a place that is not on the map.
     probability
         Its share before anything else is known, in [0, 1]. Shares of one mention sum to one.
+
+    Raises
+    ------
+    DescriptionError
+        For another share.
     """
 
     ground: str | None
     probability: float
+
+    def __post_init__(self) -> None:
+        _check_share(self.probability, f"The probability of candidate '{self.ground}'")
 
 
 @dataclass(frozen=True)
@@ -120,6 +129,8 @@ class Distance:
     vagueness: float = 0.2
 
     def __post_init__(self) -> None:
+        for name in ("low_m", "high_m", "vagueness"):
+            _check_number(getattr(self, name), f"'{name}' of a distance")
         if not 0 <= self.low_m <= self.high_m or not self.low_m < math.inf:
             raise DescriptionError(
                 f"Distance from {self.low_m} to {self.high_m} m; expected 0 <= low <= high, "
@@ -176,7 +187,8 @@ class SpatialRelation:
     UnknownName
         When `relation` is not a canonical word.
     DescriptionError
-        When `grounds` is empty, or `candidates` or `mentions` do not belong to them.
+        When `grounds` is empty, `candidates` or `mentions` do not belong to them, or a number is
+        none, not finite or out of its range.
 
     Examples
     --------
@@ -212,12 +224,26 @@ class SpatialRelation:
                     f"Relation '{self.relation}' of '{self.figure}' has {len(given)} {name} for "
                     f"{len(self.grounds)} grounds; expected one for each"
                 )
+        self._check_numbers()
         for ground, slot in zip(self.grounds, self.candidates, strict=False):
             _check_slot(self, ground, slot)
         if self.distance is None and self.distance_m is not None:
             object.__setattr__(self, "distance", Distance(self.distance_m, self.distance_m))
         elif self.distance is not None:
             object.__setattr__(self, "distance_m", self.distance.stated_m)
+
+    def _check_numbers(self) -> None:
+        what = f"Relation '{self.relation}' of '{self.figure}'"
+        _check_share(self.confidence, f"{what}: its confidence")
+        if self.distance_m is not None:
+            _check_number(self.distance_m, f"{what}: its distance_m")
+        for name, given in (("mentions", self.mentions), ("either", self.either or (0, 0))):
+            if not all(type(number) is int and number >= 0 for number in given):
+                raise DescriptionError(
+                    f"{what} has {name} {given!r}; expected whole numbers of at least 0"
+                )
+        if self.either is not None and len(self.either) != 2:
+            raise DescriptionError(f"{what} has either {self.either!r}; expected group and branch")
 
     @property
     def is_certain(self) -> bool:
@@ -234,6 +260,19 @@ class SpatialRelation:
     def ground(self) -> str:
         """The first (for most relations the only) ground."""
         return self.grounds[0]
+
+
+def _check_number(value: object, what: str) -> None:
+    """Raise `DescriptionError` unless something is a number; infinity is one."""
+    if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
+        raise DescriptionError(f"{what} is {value!r}; expected a number")
+
+
+def _check_share(value: float, what: str) -> None:
+    """Raise `DescriptionError` unless something is a probability."""
+    _check_number(value, what)
+    if not 0 <= value <= 1:
+        raise DescriptionError(f"{what} is {value!r}; expected a share in [0, 1]")
 
 
 def _check_slot(relation: SpatialRelation, ground: str, slot: tuple[Candidate, ...]) -> None:
@@ -263,10 +302,18 @@ class Reading:
         Its probability before the map is asked, in [0, 1]; those of a description sum to one.
     relations
         What is asserted or denied; empty for "nothing of this was read right".
+
+    Raises
+    ------
+    DescriptionError
+        For a probability that is none.
     """
 
     probability: float
     relations: tuple[SpatialRelation, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_share(self.probability, "The probability of a reading")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import is_file
 from sloop_ppl.errors import InputError, MapError, OutputError, UnknownName
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -152,6 +153,6 @@ def load_map(name_or_path: str | Path, cell_m: float | None = None) -> CityMap:
     name = str(name_or_path)
     if name in bundled_maps():
         return read_map(_MAPS / f"{name}.geojson", cell_m)
-    if Path(name).is_file():
+    if is_file(name):
         return read_map(name, cell_m)
     raise UnknownName("map", name, bundled_maps(), hint=" (or give the path of a .geojson file)")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._by_value import ByValue
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.pose import Pose
 
@@ -21,7 +22,7 @@ Tables = Mapping[str, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class PlanInfo:
+class PlanInfo(ByValue):
     """What a planner says about one decision.
 
     Parameters
@@ -61,7 +62,7 @@ class PlanInfo:
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(ByValue):
     """One step of a search.
 
     Parameters
@@ -102,7 +103,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Episode:
+class Episode(ByValue):
     """A whole search.
 
     Parameters

@@ -10,10 +10,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import msgspec
 import numpy as np
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.outputs import written_whole
+from sloop_ppl.planning._episode_record import EpisodeRecord, InfoRecord, check_counts
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import Episode, PlanInfo
 from sloop_ppl.planning.pose import Pose
@@ -91,48 +95,45 @@ def episode_from_document(document: Any) -> Episode:
         )
     try:
         return _episode(document)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise InputError(
-            f"The episode is damaged ({type(error).__name__}: {error}); save it anew"
-        ) from error
+    except (Fault, KeyError, TypeError, ValueError, AttributeError, LookupError) as error:
+        reason = " ".join(str(error).split())[:300]
+        raise InputError(f"The episode is damaged ({reason}); save it anew") from error
 
 
 def _episode(document: Mapping[str, Any]) -> Episode:
+    record = checked(document, EpisodeRecord)
     known = {f.name for f in fields(SearchConfig)}
     # Settings that a later version dropped are passed over.
-    config = {k: v for k, v in document["config"].items() if k in known}
-    height, width = document["shape"]
-    views = np.zeros((len(document["views"]), height * width), dtype=bool)
-    for view, cells in zip(views, document["views"], strict=True):
+    config = {k: v for k, v in record.config.items() if k in known}
+    msgspec.convert(config, SearchConfig)  # the types; as converted, 3 would come back as 3.0
+    check_counts(record)
+    height, width = record.shape
+    views = np.zeros((len(record.views), height * width), dtype=bool)
+    for view, cells in zip(views, record.views, strict=True):
         view[cells] = True
-    n = len(document["actions"])
-    if len(document["poses"]) != n + 1 or len(views) != n + 1 or len(document["rewards"]) != n:
-        raise ValueError(f"{n} actions do not fit the poses, views and rewards")
     return Episode(
-        map_name=str(document["map"]),
-        planner=str(document["planner"]),
+        map_name=record.map,
+        planner=record.planner,
         config=SearchConfig(**config),
-        places=MappingProxyType({k: _place(v) for k, v in document["places"].items()}),
-        poses=tuple(
-            Pose(float(x), float(y), math.radians(float(h))) for x, y, h in document["poses"]
-        ),
-        actions=tuple(str(a) for a in document["actions"]),
+        places=MappingProxyType({k: _place(v) for k, v in record.places.items()}),
+        poses=tuple(Pose(float(x), float(y), math.radians(h)) for x, y, h in record.poses),
+        actions=tuple(record.actions),
         observations=tuple(
             MappingProxyType({k: _place(v) if isinstance(v, list) else v for k, v in seen.items()})
-            for seen in document["observations"]
+            for seen in record.observations
         ),
-        rewards=tuple(float(r) for r in document["rewards"]),
-        found_targets=tuple(document["found_targets"]),
+        rewards=tuple(float(r) for r in record.rewards),
+        found_targets=tuple(record.found_targets),
         views=views.reshape(-1, height, width),
-        info=tuple(_info(i) for i in document["info"]),
+        info=tuple(map(_info, record.info)),
         beliefs=tuple(
             MappingProxyType({k: np.array(v, dtype=np.float64) for k, v in tables.items()})
-            for tables in document["beliefs"]
+            for tables in record.beliefs
         ),
-        imagined=tuple(str(name) for name in document.get("imagined", ())),
-        map_digest=str(document.get("map_digest", "")),
-        targets=tuple(document.get("targets", ())),
-        notes=tuple(document.get("notes", ())),
+        imagined=tuple(record.imagined),
+        map_digest=record.map_digest,
+        targets=tuple(record.targets),
+        notes=tuple(record.notes),
     )
 
 
@@ -141,15 +142,15 @@ def _place(value: Any) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _info(value: Mapping[str, Any]) -> PlanInfo:
+def _info(record: InfoRecord) -> PlanInfo:
     return PlanInfo(
-        planner=value["planner"],
-        sims=value["sims"],
-        values=MappingProxyType(dict(value["values"])),
-        visits=MappingProxyType(dict(value["visits"])),
-        expected=MappingProxyType(dict(value["expected"])),
+        planner=record.planner,
+        sims=record.sims,
+        values=MappingProxyType(record.values),
+        visits=MappingProxyType(record.visits),
+        expected=MappingProxyType(record.expected),
         notes=MappingProxyType(
-            {k: tuple(v) if isinstance(v, list) else v for k, v in value["notes"].items()}
+            {k: tuple(v) if isinstance(v, list) else v for k, v in record.notes.items()}
         ),
     )
 
@@ -188,10 +189,9 @@ def read_episode(path: str | Path) -> Episode:
     InputError
         When there is no such file, or it does not hold an episode of this version.
     """
+    text = read_text(path, "Episode", hint="; give an episode's path")
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror}; give an episode's path") from error
-    except ValueError as error:
+        document = parse_json(text)
+    except ForeignFault as error:
         raise InputError(f"{path} is not JSON: {error}; give an episode's path") from error
     return episode_from_document(document)

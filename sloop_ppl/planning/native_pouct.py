@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -110,6 +112,16 @@ class NativePouct(Planner):
 
     def __repr__(self) -> str:
         return f"NativePouct({', '.join(f'{name}={value}' for name, value in self._own.items())})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle by value; of the base, made in C, nothing needs to go along."""
+        # The fallback's tree is the agent's, and the scratch is filled anew by each decision.
+        return _restored, ({**self.__dict__, "_fallback": None, "_scratch": None},)
+
+    def __copy__(self) -> NativePouct:
+        """Return a planner with a tree and a stream of its own: both are changed in place."""
+        own = {name: copy.deepcopy(getattr(self, name)) for name in ("_random", "_tree")}
+        return _restored({**self.__dict__, "_fallback": None, **own})
 
     @property
     def name(self) -> str:
@@ -227,6 +239,14 @@ class NativePouct(Planner):
             compact(self._tree, self._size, 0, larger)
             self._tree = larger
         return self._tree
+
+
+def _restored(state: Mapping[str, Any]) -> NativePouct:
+    """Return a planner in the state that one was in."""
+    made = NativePouct()
+    made.__dict__.update(state)
+    made._scratch = new_scratch(made.budget.depth)
+    return made
 
 
 class _NativeRun:

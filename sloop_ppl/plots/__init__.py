@@ -1,5 +1,6 @@
 """Figures: maps, beliefs, frames and searches, drawn with matplotlib on the axes that are given."""
 
+from sloop_ppl.plots import _backend  # noqa: F401 - before matplotlib is imported
 from sloop_ppl.plots.animation import animate_search
 from sloop_ppl.plots.bars import plot_components, plot_influence, plot_latent, plot_words
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs

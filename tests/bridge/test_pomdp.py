@@ -96,3 +96,17 @@ def test_mistakes_are_told():
         LanguageObservationModel(CITY, "Cat", place_of).probability(NEAR, Place(0, 0), None)
     with pytest.raises(InputError, match="Nothing can be drawn"):
         LanguageObservationModel(CITY, TARGET, place_of).sample(Place(0, 0), None)
+
+
+def test_a_table_of_xarray_is_read_by_its_coordinates():
+    import xarray
+
+    weights = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
+    coords = {"y": [-5.0, 0.0, 5.0], "x": [-5.0, 0.0, 5.0]}
+    table = xarray.DataArray(weights, dims=("y", "x"), coords=coords)
+    wanted = as_histogram(weights, lambda row, col: (row, col))
+    for turned in (table.sortby("y", ascending=False), table.transpose("x", "y")):
+        assert as_histogram(turned, lambda row, col: (row, col)) == wanted
+    wide = xarray.concat([table, table.assign_coords(y=table.y + 20.0)], "y")
+    with pytest.raises(InputError, match="lacks cells"):
+        as_histogram(wide, lambda row, col: (row, col))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 
 import pytest
 
@@ -109,7 +110,8 @@ def test_a_saved_episode_is_drawn_again(tmp_path, capsys):
     assert film.read_bytes() == refilm.read_bytes()
 
 
-def test_ctrl_c_leaves_what_was_done(tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize("stop", ["Ctrl-C", "SIGTERM"])
+def test_a_stopped_search_leaves_what_was_done(tmp_path, capsys, monkeypatch, stop):
     import sloop_ppl.bridge._search_request as search_request
 
     tell, told = search_request.step_line, []
@@ -117,14 +119,16 @@ def test_ctrl_c_leaves_what_was_done(tmp_path, capsys, monkeypatch):
     def interrupt(step):
         told.append(tell(step))
         if len(told) == 2:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT if stop == "Ctrl-C" else signal.SIGTERM)
         return told[-1]
 
     monkeypatch.setattr(search_request, "step_line", interrupt)
     episode, figure = tmp_path / "e.json", tmp_path / "f.png"
-    out, err = run(capsys, *SEARCH, "--out", episode, "--figure", figure, code=130)
+    code, before = (130 if stop == "Ctrl-C" else 143), signal.getsignal(signal.SIGTERM)
+    out, err = run(capsys, *SEARCH, "--out", episode, "--figure", figure, code=code)
     assert out == ""
     assert err.endswith("sloop: stopped\n")
+    assert signal.getsignal(signal.SIGTERM) is before
     document = json.loads(episode.read_text())
     assert document["steps"] == len(document["actions"]) == len(document["poses"]) - 1 == 2
     assert figure.read_bytes().startswith(b"\x89PNG")

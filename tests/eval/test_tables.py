@@ -1,8 +1,13 @@
 """Tables as Markdown, LaTeX and CSV."""
 
 import csv
+import html
 import io
+import re
 
+import pytest
+
+from sloop_ppl.eval import _report
 from sloop_ppl.eval._tables import Estimate, Table
 
 TABLE = Table(
@@ -49,3 +54,45 @@ def test_csv_has_a_column_for_each_end():
 
 def test_digits():
     assert Estimate(-1.234, -2.0, -0.001, digits=2).text() == "−1.23 [−2.00, 0.00]"
+
+
+HOSTILE = (
+    "<img src=x onerror=alert(1)>",
+    "\\<script>alert(1)</script>",
+    "![p](http://example.org/p.png)",
+    "[click](http://example.org)",
+    "a | b <b>c</b>",
+    "one\n\n<iframe></iframe>",
+    "<http://example.org>",
+)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_html_of_a_name_survives_in_a_report(name):
+    table = Table("t", name, ("model", name), ((name, 1.0), (name, None)), ())
+    picture = _report.Picture("p", f"The worst trial of {name}", lambda: None)
+    report = _report.Report(name, (table, picture))
+    page = _report._page(report.title, report.markdown("figures"))
+    tags = set(re.findall(r"<\s*/?\s*([a-zA-Z]+)", page.partition("<body>")[2]))
+    assert not tags & {"script", "iframe", "a", "b"}
+    assert page.count("<img") == 1
+    assert '<img src="figures/p.png"' in page
+    shown = html.unescape(page)
+    assert " ".join(name.split()) in " ".join(shown.split())
+
+
+@pytest.mark.parametrize(
+    ("cell", "written"),
+    [
+        ("=HYPERLINK(1)", "'=HYPERLINK(1)"),
+        ("+cmd", "'+cmd"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        (" =1+1", "' =1+1"),
+        ("-0.25", "-0.25"),
+        ("near", "near"),
+        (-3.5, "-3.5"),
+    ],
+)
+def test_no_cell_of_a_csv_is_a_formula(cell, written):
+    text = Table("t", "T", ("name", "n"), ((cell, 1), ("b", 2)), ()).csv()
+    assert list(csv.reader(io.StringIO(text)))[1][0] == written

@@ -123,3 +123,15 @@ def test_the_map_a_description_was_read_on_must_match():
 
     with pytest.raises(InputError, match="read on map 'elsewhere'; expected 'block'"):
         infer_description(changed(SPOKEN, map="elsewhere"), CITY)
+
+
+@pytest.mark.parametrize("engine", [Nuts(warmup=2, draws=3), Svi(steps=2, draws=3)])
+def test_engines_with_gradients_run_where_gradients_are_off(engine):
+    def belief():
+        rng = np.random.default_rng(3)
+        return infer_description(SPOKEN, CITY, "bayes", engine, rng=rng)[0].belief("A")
+
+    with torch.no_grad():
+        without = belief()
+        assert not torch.is_grad_enabled()
+    np.testing.assert_array_equal(without, belief())

@@ -11,8 +11,10 @@ import xarray
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Importance, Posterior, infer_description
+from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
+from sloop_ppl.models.cell_priors import cell_prior
 from sloop_ppl.models.tuning import with_parameters
 from tests.mixture import MIXTURE
 from tests.scenes import TARGET, relation, said
@@ -128,3 +130,118 @@ def test_a_model_of_unregistered_parts_is_refused_before_writing(tmp_path):
         posterior.save(tmp_path / "p.nc")
     assert not (tmp_path / "p.nc").exists()
     assert posterior.dataset["belief"].sum() == pytest.approx(1)
+
+
+TURNS = {
+    "y from the north": lambda data: data.sortby("y", ascending=False),
+    "x from the east": lambda data: data.sortby("x", ascending=False),
+    "x before y": lambda data: data.transpose("x", "y", ...),
+    "shuffled": lambda data: data.isel(x=np.random.default_rng(0).permutation(data.sizes["x"])),
+}
+
+
+def rewritten(path, turn):
+    with xarray.open_dataset(path, engine="h5netcdf") as opened:
+        data = turn(opened.load())
+    data.to_netcdf(path.with_name("turned.nc"), engine="h5netcdf")
+    return path.with_name("turned.nc")
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_a_file_whose_axes_were_turned_is_read_by_coordinate(saved, turn):
+    turned = rewritten(saved, TURNS[turn])
+    expected = Posterior.load(saved)
+    np.testing.assert_array_equal(Posterior.load(turned).belief(TARGET), expected.belief(TARGET))
+    prior = log_priors(turned, (TARGET,), CITY)[TARGET]
+    np.testing.assert_array_equal(prior, log_priors(saved, (TARGET,), CITY)[TARGET])
+    table = TURNS[turn](expected.dataset)["belief"].sel(target=TARGET)
+    np.testing.assert_array_equal(log_priors(table, (TARGET,), CITY)[TARGET], prior)
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        lambda data: data.isel(x=slice(0, 20)),
+        lambda data: data.isel(y=slice(1, None)),
+        lambda data: data.coarsen(x=2, y=2, boundary="trim").mean(),
+        lambda data: data.isel(x=slice(None, None, 2)),
+        lambda data: data.assign_coords(x=data.x + 5.0),
+        lambda data: data.assign_coords(y=data.y * np.nan),
+        lambda data: data.drop_vars("x"),
+    ],
+)
+def test_a_cut_coarse_or_shifted_table_is_refused(saved, part):
+    beliefs = Posterior.load(saved).dataset[["belief"]]
+    tables = part(beliefs)["belief"].sel(target=TARGET)
+    with pytest.raises(InputError, match="Prior of"):
+        log_priors(tables, (TARGET,), CITY)
+    with pytest.raises(InputError) as caught:
+        Posterior.load(rewritten(saved, part))
+    assert "\n" not in str(caught.value)
+
+
+def put(name, value, index=-1):
+    def changed(data):
+        data[name].values.reshape(-1)[index] = value
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        put("log_prior", -3.0),
+        put("log_factor", -3.0, 0),
+        put("log_sensed", 1.0),
+        put("belief", 0.5),
+        put("entry_target", 0.0 + 1),
+        lambda data: data.attrs.pop("tables_digest"),
+    ],
+)
+def test_tables_that_were_changed_are_refused(saved, change):
+    assert "infer it again" in spoil(saved, change)
+
+
+def without_digest(data):
+    del data.attrs["tables_digest"]
+    in_sections(lambda sections: sections.pop("digest"))(data)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        put("log_prior", np.nan),
+        put("log_prior", np.inf),
+        put("log_factor", np.nan, 0),
+        put("entry_target", 7),
+        put("entry_target", -1),
+        put("entry_description", 9),
+    ],
+)
+def test_a_file_without_digest_holds_numbers_that_can_be_meant(saved, change):
+    def both(data):
+        without_digest(data)
+        change(data)
+
+    assert "cannot be read: its" in spoil(saved, both)
+
+
+def test_a_file_without_digest_is_read(saved, tmp_path):
+    with xarray.open_dataset(saved, engine="h5netcdf") as opened:
+        data = opened.load()
+    without_digest(data)
+    data.to_netcdf(tmp_path / "earlier.nc", engine="h5netcdf")
+    after = Posterior.load(tmp_path / "earlier.nc")
+    np.testing.assert_array_equal(after.belief(TARGET), Posterior.load(saved).belief(TARGET))
+
+
+def test_a_file_that_claims_terabytes_is_refused_before_they_are_taken(tmp_path):
+    import h5netcdf
+
+    with h5netcdf.File(tmp_path / "big.nc", "w") as file:
+        file.dimensions = {"y": 1_000_000, "x": 1_000_000}
+        file.create_variable("belief", ("y", "x"), float, chunks=(1000, 1000), fillvalue=0.0)
+        file.attrs["title"] = "sloop_ppl posterior"
+    for read in (Posterior.load, cell_prior):
+        with pytest.raises(InputError, match="GiB of tables; expected at most"):
+            read(tmp_path / "big.nc")

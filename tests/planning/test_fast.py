@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import random
 from functools import cache
 
@@ -302,3 +304,45 @@ def test_another_domain_runs_in_machine_code_too():
             tiger(left), sims=20_000, depth=10, exploration=110.0, rng=np.random.default_rng(0)
         )
         assert planner.plan(None) == action
+
+
+def by_pickle(value):
+    return pickle.loads(pickle.dumps(value))
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, by_pickle])
+def test_a_copy_plans_on_as_the_planner_would_have_and_leaves_it_alone(copied):
+    space = space_of(sims=200)
+    agent = agent_of(space, {"A": np.ones((7, 9))}, 0)
+    planner = NativePouct(sims=200, rng=np.random.default_rng(3))
+    planner.plan(agent)
+    other, third = copied(planner), copied(planner)
+    assert other.last_info == planner.last_info
+    told = []
+    for one in (other, planner, third):
+        one.plan(agent)
+        told.append((dict(one.last_info.values), dict(one.last_info.visits)))
+    assert told[0] == told[1] == told[2]
+    assert copied(NativePouct(sims=7)).budget == NativePouct(sims=7).budget
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, by_pickle])
+def test_an_episode_is_copied_with_its_views(copied):
+    told = run_search(
+        {"A": np.ones((9, 11))},
+        city_of(9, 11),
+        planner="fast",
+        config=SearchConfig(sims=40, max_steps=3),
+        places={"A": (31.0, 22.0)},
+        rng=np.random.default_rng(2),
+        keep_beliefs=True,
+    )
+    again = copied(told)
+    assert (again.places, again.observations, again.info) == (
+        told.places,
+        told.observations,
+        told.info,
+    )
+    np.testing.assert_array_equal(again.beliefs[0]["A"], told.beliefs[0]["A"])
+    with pytest.raises(TypeError):
+        again.places["A"] = (0.0, 0.0)

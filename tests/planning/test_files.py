@@ -87,3 +87,51 @@ def test_files_that_cannot_be_read_or_written_are_named(tmp_path):
         read_episode(tmp_path / "text")
     with pytest.raises(OutputError, match="choose another path"):
         write_episode(episode("random"), tmp_path / "no" / "folder.json")
+
+
+def changed(**members):
+    return lambda document: document.update(members)
+
+
+def in_info(**members):
+    return lambda document: document["info"][0].update(members)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            changed(shape=[1_000_000, 1_000_000]),
+            "field 'shape' is [1000000, 1000000]; ",
+        ),
+        (changed(shape=[100_000, 100_000]), "expected at most 2147483648 in all"),
+        (changed(shape=[9, -11]), "field 'shape' is [9, -11]"),
+        (changed(views="abc"), "field 'views' is a str; expected a list of lists of cells"),
+        (lambda d: d["views"][0].append(-1), "is -1; expected a number of at least 0"),
+        (lambda d: d["views"][0].append(99), "cell 99 is in view; the map has 99"),
+        (lambda d: d["poses"].append([0.0, 0.0, 0.0]), "poses; expected"),
+        (lambda d: d["poses"][0].__setitem__(0, float("nan")), "field 'poses[0]' is [nan, "),
+        (lambda d: d["poses"][0].__setitem__(0, "1"), "field 'poses[0]' is ['1', "),
+        (lambda d: d["rewards"].__setitem__(0, 1e308), "field 'rewards[0]' is 1e+308"),
+        (lambda d: d["rewards"].pop(), "rewards; expected"),
+        (lambda d: d["observations"].pop(), "observations; expected"),
+        (changed(found_targets=["C"]), "not all were searched for"),
+        (lambda d: d["beliefs"][0].update(A=[[1.0]]), "the belief of A has not 9 x 11 cells"),
+        (lambda d: d["beliefs"][0]["A"][0].__setitem__(0, -1.0), "field 'beliefs' is "),
+        (lambda d: d["beliefs"].append({}), "of 'beliefs'"),
+        (in_info(sims=-1), "field 'info[0].sims' is -1"),
+        (lambda d: d.update(rewards=["x" * 10**6] * d["steps"]), "'xxxxxxxx"),
+        (in_info(values=3), "field 'info[0].values'"),
+        (lambda d: d["config"].update(sims="many"), "sims"),
+        (lambda d: d["config"].update(sims=-3), "sims"),
+        (lambda d: d["places"].update(A=[1.0]), "field 'places'"),
+    ],
+)
+def test_what_is_damaged_in_an_episode_is_named(change, said):
+    document = json.loads(json.dumps(episode_to_document(episode("random"))))
+    change(document)
+    with pytest.raises(InputError, match="The episode is damaged") as caught:
+        episode_from_document(document)
+    assert said in str(caught.value)
+    assert len(str(caught.value)) < 500
+    assert "\n" not in str(caught.value)

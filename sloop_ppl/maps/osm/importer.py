@@ -7,6 +7,7 @@ from pathlib import Path
 
 import shapely
 
+from sloop_ppl._foreign import is_file
 from sloop_ppl.errors import InputError, MapError
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -73,7 +74,7 @@ def import_osm(
     """
     file, notify, report = Path(path), progress or (lambda _: None), ImportReport()
     grid = _asked(centre, side_m, bbox, everything, cell_m)
-    if not file.is_file():
+    if not is_file(file):
         raise MapError(f"File '{path}' cannot be read: no such file; expected .osm or .osm.pbf")
     known = file_bounds(file)
     if grid is None and known is not None:
