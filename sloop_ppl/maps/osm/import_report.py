@@ -28,6 +28,14 @@ class ImportReport:
         Relations of which the file lacks a member.
     cut_short
         Ways of which the file lacks a node; they are kept without it.
+    no_coordinates
+        Ways of none of whose nodes the file has a place, left out.
+    ways, relations
+        Ways with tags and multipolygons that were read.
+    lost_ways, lost_relations
+        Those among them that cannot be drawn for want of nodes.
+    beyond_m
+        How far the patch reaches beyond what the file covers, metres by side of it.
     duplicates
         Objects that the file holds twice; the newest version is kept.
     underground
@@ -47,6 +55,12 @@ class ImportReport:
     broken: list[str] = field(default_factory=list)
     incomplete: int = 0
     cut_short: int = 0
+    no_coordinates: int = 0
+    ways: int = 0
+    relations: int = 0
+    lost_ways: int = 0
+    lost_relations: int = 0
+    beyond_m: dict[str, float] = field(default_factory=dict)
     duplicates: int = 0
     underground: int = 0
     outside: int = 0
@@ -71,6 +85,7 @@ class ImportReport:
                 ("left out, of no kind a landmark can have", self.of_no_kind),
                 ("left out, below ground", self.underground),
                 ("left out, outside the extent", self.outside),
+                ("left out, without coordinates in the file", self.no_coordinates),
                 ("twice in the file, newest version kept", self.duplicates),
                 ("ways without some of their nodes, kept without them", self.cut_short),
                 ("relations without all of their members, left out", self.incomplete),
@@ -85,4 +100,7 @@ class ImportReport:
             )
             if sources
         ]
+        if self.beyond_m:
+            sides = ", ".join(f"{metres:.0f} m {side}" for side, metres in self.beyond_m.items())
+            lines.append(f"the patch reaches beyond the file, where nothing is known: {sides}")
         return lines
