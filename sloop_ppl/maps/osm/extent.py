@@ -117,8 +117,11 @@ def grid_bounds(grid: Grid) -> Bounds:
     return west, float(lat.min()), east, float(lat.max())
 
 
-def beyond_m(grid: Grid, known: Bounds) -> dict[str, float]:
-    """Return how far a grid reaches beyond bounds in degrees, over a metre, metres by side."""
+def beyond_m(grid: Grid, known: Bounds, share: float = 0.0) -> dict[str, float]:
+    """Return how far a grid reaches beyond bounds in degrees, metres by side.
+
+    Sides are left out where it is less than a metre, or less than a share of the grid's side.
+    """
     if grid.centre is None:
         return {}
     west, south, east, north = known
@@ -131,7 +134,8 @@ def beyond_m(grid: Grid, known: Bounds) -> dict[str, float]:
         "east": right - float(x[1]),
         "north": top - float(y[3]),
     }
-    return {side: metres for side, metres in over.items() if metres > 1.0}
+    least = max(1.0, share * max(right - left, top - bottom))
+    return {side: metres for side, metres in over.items() if metres > least}
 
 
 def read_degrees(text: str, expected: str) -> tuple[float, ...]:

@@ -44,6 +44,8 @@ class ImportReport:
         Features outside the extent, left out.
     of_no_kind
         Features of no kind that a landmark can have, left out.
+    unread
+        Heights, levels and widths that could not be read, each with its source.
     entrances, addresses
         How many were attached to buildings.
     """
@@ -65,6 +67,7 @@ class ImportReport:
     underground: int = 0
     outside: int = 0
     of_no_kind: int = 0
+    unread: list[str] = field(default_factory=list)
     entrances: int = 0
     addresses: int = 0
 
@@ -97,6 +100,7 @@ class ImportReport:
             for text, sources in (
                 ("outlines that cross themselves, repaired", self.repaired),
                 ("areas that enclose nothing, left out", self.broken),
+                ("heights, levels and widths that cannot be read", self.unread),
             )
             if sources
         ]

@@ -16,6 +16,7 @@ from sloop_ppl.maps.osm._coast import sea
 from sloop_ppl.maps.osm._feature import OsmData
 from sloop_ppl.maps.osm._landmarks import landmarks_of
 from sloop_ppl.maps.osm._merge import merge_pieces
+from sloop_ppl.maps.osm._outlines import one_of_two
 from sloop_ppl.maps.osm._pieces import pieces_of, projected
 from sloop_ppl.maps.osm._reader import file_bounds, read_osm
 from sloop_ppl.maps.osm._window import Bounds
@@ -23,6 +24,9 @@ from sloop_ppl.maps.osm.extent import beyond_m, box_grid, data_grid, grid_bounds
 from sloop_ppl.maps.osm.import_report import ImportReport
 
 __all__ = ["ATTRIBUTION", "build_map", "import_osm"]
+
+# Where a file states no bounds it ends with its outermost feature; a strip is bare by chance.
+_BARE_SHARE = 0.15
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0"
 
@@ -89,8 +93,10 @@ def import_osm(
         if data.bounds is None:
             raise MapError(f"File '{path}' holds no tagged feature; expected a piece of a city")
         grid = data_grid(data.bounds, cell_m)
-    elif (edge := known or data.bounds) is not None:
-        report.beyond_m = beyond_m(grid, edge)
+    elif known is not None:
+        report.beyond_m = beyond_m(grid, known)
+    elif data.bounds is not None:
+        report.beyond_m = beyond_m(grid, data.bounds, share=_BARE_SHARE)
     city = build_map(data, grid, name or file.name.split(".")[0], report, notify)
     if not city.landmarks:
         raise MapError(_empty(file, grid, known))
@@ -103,7 +109,7 @@ def build_map(
     """Make a map of features in degrees; `report` counts what happens to them."""
     notify(f"sorting out {len(data.features)} features")
     features = projected(data.features, grid)
-    pieces = merge_pieces(pieces_of(features, grid, report), report)
+    pieces = merge_pieces(one_of_two(pieces_of(features, grid, report), report), report)
     if (water := sea(features, grid)) is not None:
         pieces.append(water)
     notify(f"furnishing {len(pieces)} landmarks")
@@ -111,7 +117,7 @@ def build_map(
     buildings.take_doors(features, grid.to_lonlat, report)
     buildings.take_addresses(features, data.street_of, report)
     pieces = buildings.take_places(pieces, report)
-    made = CityMap(name, grid, landmarks_of(pieces), ATTRIBUTION)
+    made = CityMap(name, grid, landmarks_of(pieces, report), ATTRIBUTION)
     report.kept = made.counts()
     city = from_geojson(to_geojson(made), source=name)
     # Rounding can make a thin outline cross itself; what was repaired then is rounded once more.
