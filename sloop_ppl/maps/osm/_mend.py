@@ -30,14 +30,14 @@ def mended(
     if not relations:
         return []
     wanted = {ref for _, members in relations.values() for ref, _ in members}
-    lines, without = _lines(source, wanted, lost_nodes)
+    lines, begun = _lines(source, wanted, lost_nodes)
     found = []
     for relation, (tags, members) in relations.items():
         if not members or not all(ref in lines for ref, _ in members):
             report.incomplete += 1
-            # Members beyond the border of an extract are no loss; all of them, or their nodes, are.
-            refs = {ref for ref, _ in members}
-            report.lost_relations += bool(refs & without) or not refs & lines.keys()
+            # What crosses the border of an extract is there in part; what was exported without its
+            # nodes is not there at all.
+            report.lost_relations += not any(ref in lines or ref in begun for ref, _ in members)
             continue
         holes = _enclosed(lines[ref] for ref, role in members if role == "inner")
         outer = _enclosed(lines[ref] for ref, role in members if role != "inner")
@@ -53,21 +53,21 @@ def mended(
 def _lines(
     source: Any, wanted: set[int], lost_nodes: set[int]
 ) -> tuple[dict[int, BaseGeometry], set[int]]:
-    """Return the ways of these ids that have all of their nodes, and ids of those that do not."""
+    """Return the ways of these ids that have all of their nodes, and ids of those with some."""
     import osmium
 
     ways = osmium.FileProcessor(source).with_locations()
     ways = ways.with_filter(osmium.filter.EntityFilter(osmium.osm.WAY))
-    lines, without = {}, set()
+    lines, begun = {}, set()
     way: Any
     for way in ways.with_filter(osmium.filter.IdFilter(wanted)):
         missing = [ref.ref for ref in way.nodes if not ref.location.valid()]
-        if missing or not len(way.nodes):
-            without.add(way.id)
-            lost_nodes.update(missing)
-        elif len(way.nodes) >= 2:
+        lost_nodes.update(missing)
+        if missing and len(missing) < len(way.nodes):
+            begun.add(way.id)
+        elif not missing and len(way.nodes) >= 2:
             lines[way.id] = shapely.LineString([(ref.lon, ref.lat) for ref in way.nodes])
-    return lines, without
+    return lines, begun
 
 
 def _enclosed(lines: Iterable[BaseGeometry]) -> BaseGeometry:
