@@ -27,7 +27,7 @@ def romanised(name: str) -> str | None:
 
     Examples
     --------
-    >>> romanised("\u0421\u0438\u043d\u0438\u0439 \u0434\u043e\u043c"), romanised("Caf\u00e9")
+    >>> romanised("\u0421\u0438\u043d\u0438\u0439 \u0434\u043e\u043c"), romanised("Root")
     ('Siniy dom', None)
     """
     if all(_is_latin(c) for c in name if c.isalpha()):
@@ -41,5 +41,5 @@ def romanised(name: str) -> str | None:
 @lru_cache(maxsize=1 << 12)
 def _is_latin(letter: str) -> bool:
     # Fullwidth letters and the ordinal signs are Latin, too.
-    told = unicodedata.name(letter, "")
-    return "LATIN" in told or letter in "\u00aa\u00ba\u00b5"
+    letter_name = unicodedata.name(letter, "")
+    return "LATIN" in letter_name or letter in "\u00aa\u00ba\u00b5"

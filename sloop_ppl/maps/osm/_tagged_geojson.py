@@ -136,10 +136,10 @@ def _source(item: Mapping[str, Any], shape: BaseGeometry | None, index: int) -> 
         sort = "node"
     elif shape is not None and shape.geom_type.startswith("Multi"):
         sort = "relation"
-    told = properties.get("@type", properties.get("osm_type", properties.get("type")))
+    stated = properties.get("@type", properties.get("osm_type", properties.get("type")))
     if properties.get("osm_way_id"):  # the table of areas that OGR makes
         return f"way/{_number(properties['osm_way_id'], index)}"
-    sort = _SORTS.get(told, sort) if isinstance(told, str) else sort
+    sort = _SORTS.get(stated, sort) if isinstance(stated, str) else sort
     known = (properties.get(k) for k in ("@id", "osm_id", "id"))
     return f"{sort}/{_number(next((v for v in known if v not in (None, '')), None), index)}"
 
