@@ -70,6 +70,7 @@ def main() -> None:
         return
     bench_imports(given.osm, PATCHES, given.rounds)
     bench_questions(given.osm / "baltimore.osm.pbf", 500, given.rounds)
+    bench_streets(given.osm / "helsinki.osm.pbf", (60.1699, 24.9384), 1000.0, given.rounds)
 
 
 def quick_round() -> None:
@@ -84,6 +85,7 @@ def quick_round() -> None:
         patches = [("80 m of a block", block.name, {"centre": [lat, lon], "side_m": 80}, 5)]
         bench_imports(block.parent, patches, 1)
         bench_questions(block, 5, 1)
+        bench_streets(block, (lat, lon), 80.0, 1)
 
 
 def bench_loading(rounds: int) -> None:
@@ -195,6 +197,34 @@ def bench_questions(extract: Path, count: int, rounds: int) -> None:
     for what, ask in asked:
         ask()
         show(f"  {what}", timed(ask, rounds), "")
+
+
+def bench_streets(extract: Path, centre: tuple[float, float], side_m: float, rounds: int) -> None:
+    """Find streets, crossings and blocks of a patch, nothing cached, and tables of its cells."""
+    from sloop_ppl.maps import block_table, edge_tables, street_network, street_tables
+    from sloop_ppl.maps.city import FIELDS
+    from sloop_ppl.maps.osm import import_osm
+    from sloop_ppl.maps.street_network import NETWORKS
+
+    city, _ = import_osm(extract, centre=centre, side_m=side_m)
+    named = next(m for m in city.of_kind("street") if m.name)
+
+    def network() -> None:
+        NETWORKS.clear()
+        street_network(city.with_grid(city.grid))
+
+    def tables(ask: Callable[[], object]) -> Callable[[], object]:
+        def cold() -> object:
+            FIELDS.clear()
+            return ask()
+
+        return cold
+
+    print(f"streets of {city}:")
+    show("  streets, crossings and blocks", timed(network, rounds), "1")
+    show("  blocks of the cells", timed(tables(lambda: block_table(city)), rounds), "")
+    show("  places along the blocks' edges", timed(tables(lambda: edge_tables(city)), rounds), "")
+    show("  all of one street", timed(tables(lambda: street_tables(city, named.id)), rounds), "")
 
 
 def block_text() -> str:

@@ -60,7 +60,9 @@ def find_places(
             listed = words in known.place_phrases
             if not listed and (n == 1 and (words[0] in known.closed or words[0] in objects)):
                 continue
-            open_words = not any(w in known.classes for w in words)
+            # "parking entrance" is a kind, though an entrance alone is a part of something.
+            closed = [known.classes[w] for w in words if w in known.classes]
+            open_words = not closed or (n > 1 and all(c == {"parts"} for c in closed))
             plural = open_words and bool(kind_name(words))
             if (
                 listed

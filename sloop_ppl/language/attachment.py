@@ -336,7 +336,8 @@ class _Walk:
         return False
 
     def _on_route_ing(self, at: int) -> int:
-        if self.clause.named and self.reader.kind(at + 1) == "dir":
+        moves = self.reader.value(at) != "heading"
+        if moves and self.clause.named and self.reader.kind(at + 1) == "dir":
             return at + 2  # "moving east": a way, not a side of the place named last
         if not self.clause.named:
             self.clause.route = True
@@ -759,6 +760,11 @@ class _Walk:
         """Return a phrase without ground ("on the right side") with the place meant, if any."""
         clause, relations = self.clause, phrase.relations
         given = [a for a in self.record.recent() if a.figures == clause.figures]
+        compass = all(RELATIONS[r].is_compass for r in relations)
+        hearer = bool(given) and given[-1].phrase.grounds[0].ids == (HEARER,)
+        if clause.figures == (SPEAKER,) and compass and (hearer or phrase.distance is not None):
+            place = Ground("landmark", *phrase.cue, (HEARER,))  # "a few blocks west": of you
+            return replace(phrase, grounds=(place,), joint=False)
         if clause.figures == (SPEAKER,) and not (clause.named or given):
             return None  # "... is to the north": of who speaks, and what is there was not read
         last_ground = self.reader.last_ground()

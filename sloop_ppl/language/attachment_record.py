@@ -168,7 +168,12 @@ class AttachmentRecord:
         status = assertion if assertion in ("asked", "past", "other") else None
         at_large = phrase.negated and not phrase.joint
         any_of = tuple(g for g in phrase.grounds if at_large and len(g.every) > 1)
-        grounds = tuple(self._target_ground(g, ids) for g in phrase.grounds)
+        framed = any(RELATIONS[r].needs_frame for r in phrase.relations)
+        grounds = tuple(
+            # "On your left": no one knows which way who listens faces.
+            g if framed and g.kind == "robot" else self._target_ground(g, ids)
+            for g in phrase.grounds
+        )
         phrase = replace(phrase, grounds=grounds)
         known = tuple(
             g

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -70,33 +71,41 @@ def find_blocks(
     # What lies on it was computed, and may miss it by rounding.
     border = shapely.buffer(area.exterior, 0.01)
     lines = shapely.union_all([axes[i].lines for i in bounding])
-    surface = shapely.union_all(
-        [shapely.buffer(axes[i].lines, axes[i].width_m / 2) for i in bounding]
-    )
-    medians = shapely.union_all([axes[i].median for i in bounding])
     # A union has a node wherever two lines meet, which is what polygonising asks for.
     noded = shapely.union_all([shapely.intersection(lines, area), area.exterior])
     pieces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
-    shapely.prepare(surface)
-    kept = [p for p in pieces if not _is_island(p, surface, medians, border)]
+    surfaces = np.array([shapely.buffer(axes[i].lines, axes[i].width_m / 2) for i in bounding])
+    medians = np.array([axes[i].median for i in bounding])
+    roads = shapely.STRtree(surfaces)
+    kept = []
+    for piece in pieces:
+        beside = roads.query(piece, predicate="intersects")
+        # Of long roads only what is near, or each block would cost as much as all.
+        around = shapely.buffer(piece.envelope, 1.0)
+        surface = shapely.union_all(shapely.intersection(surfaces[beside], around))
+        median = shapely.union_all(shapely.intersection(medians[beside], around))
+        if not _is_island(piece, surface, median, border):
+            kept.append(piece)
     kept.sort(key=lambda p: (round(p.centroid.y, 3), round(p.centroid.x, 3)))
     near = [shapely.buffer(axes[i].lines, 0.01) for i in bounding]
     tree = shapely.STRtree(near)
-    corners = [(k, shapely.Point(c.point_m)) for k, c in enumerate(crossings) if c.is_corner]
+    corners = [k for k, crossing in enumerate(crossings) if crossing.is_corner]
+    points = shapely.STRtree([shapely.Point(crossings[k].point_m) for k in corners])
     blocks = []
     for number, polygon in enumerate(kept):
-        outline = polygon.exterior
+        outline = shapely.boundary(polygon)  # round holes, too
         streets = sorted(
             bounding[i]
             for i in tree.query(outline, predicate="intersects")
             if shapely.intersection(near[i], outline).length >= _LEAST_EDGE_M
         )
         rim = shapely.intersection(border, outline)
-        at = [
-            k for k, point in corners
+        close = points.query(outline, predicate="dwithin", distance=_CORNER_M)
+        at = sorted(
+            k
+            for k in (corners[i] for i in close)
             if len(set(crossings[k].streets) & set(streets)) > 1
-            and shapely.distance(point, outline) <= _CORNER_M
-        ]  # fmt: skip
+        )
         blocks.append(Block(number, polygon, tuple(streets), tuple(at), rim.length > 0.1))
     return tuple(blocks)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -193,8 +192,21 @@ def _points(geometry: BaseGeometry) -> NDArray[np.float64]:
 
 def _clusters(points: NDArray[np.float64], reach_m: float) -> list[list[int]]:
     """Return the groups of points that hang together by steps of at most `reach_m`."""
-    label = np.arange(len(points))
-    for i, j in itertools.combinations(range(len(points)), 2):
-        if label[i] != label[j] and math.dist(points[i], points[j]) <= reach_m:
-            label[label == label[j]] = label[i]
-    return [np.flatnonzero(label == k).tolist() for k in dict.fromkeys(label.tolist())]
+    if len(points) < 2:
+        return [[0]] if len(points) else []
+    places = shapely.points(points)
+    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach_m)
+    label = list(range(len(points)))
+
+    def root(i: int) -> int:
+        while label[i] != i:
+            i = label[i]
+        return i
+
+    for i, j in pairs.T.tolist():
+        low, high = sorted((root(i), root(j)))
+        label[high] = low
+    groups: dict[int, list[int]] = {}
+    for i in range(len(points)):
+        groups.setdefault(root(i), []).append(i)
+    return list(groups.values())

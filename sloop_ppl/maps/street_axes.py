@@ -27,6 +27,7 @@ _REACH_M = 4.0
 # A road is divided where at least so much of it lies beside its spine.
 _LEAST_BESIDE_M = 20.0
 _OVERSHOOT_M = 0.01
+_ROADS = ("street", "pedestrian", "service")
 # Ways of kind pedestrian that lie beside or within a block rather than around it.
 _FOOTWAYS = frozenset({"footway", "path", "steps", "cycleway", "bridleway", "corridor"})
 
@@ -41,6 +42,8 @@ class StreetAxis:
         Ids of its landmarks, in file order.
     label
         Its name, or the id of a nameless one.
+    kind
+        The most road-like kind among its lines: street, pedestrian or service.
     named
         Whether it has a name.
     bounds_blocks
@@ -57,6 +60,7 @@ class StreetAxis:
 
     ids: tuple[str, ...]
     label: str
+    kind: str
     named: bool
     bounds_blocks: bool
     width_m: float
@@ -116,6 +120,7 @@ def _axis(group: Sequence[Landmark]) -> StreetAxis:
     return StreetAxis(
         ids=tuple(m.id for m in group),
         label=first.label,
+        kind=min((m.kind for m in group), key=_ROADS.index),
         named=first.name is not None,
         bounds_blocks=any(_bounds(m) for m in group),
         width_m=max(_LEAST_WIDTH_M, *(m.width_m or 0.0 for m in group)),

@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Literal
@@ -107,6 +108,14 @@ class StreetNetwork:
     extent_m: tuple[float, float, float, float]
     _by_id: Mapping[str, int]
 
+    @cached_property
+    def _crossings_by_street(self) -> dict[int, list[Crossing]]:
+        found: dict[int, list[Crossing]] = {}
+        for crossing in self.crossings:
+            for street in crossing.streets:
+                found.setdefault(street, []).append(crossing)
+        return found
+
     def position(self, street_id: str) -> int | None:
         """Return where in `streets` the street with a landmark of this id is, or None."""
         return self._by_id.get(street_id)
@@ -185,8 +194,8 @@ class StreetNetwork:
             return "border"
         if not shapely.box(*self.extent_m).covers(end):
             return "border"
-        for crossing in self.crossings:
-            if street in crossing.streets and crossing.bounds_blocks:
+        for crossing in self._crossings_by_street.get(street, ()):
+            if crossing.bounds_blocks:
                 others = [self.streets[i] for i in crossing.streets if i != street]
                 reach = _BORDER_M + max(axis.width_m for axis in others)
                 if math.dist(crossing.point_m, (end.x, end.y)) <= reach:

@@ -80,7 +80,7 @@ def across_street(city: CityMap, landmark_id: str, depth_m: float = SIDE_M) -> B
     -------
     shapely geometry or None
         The other side of the street nearest to the landmark, on the same stretch between corners;
-        None where the map has no street.
+        service roads count where there is nothing else. None where the map has no street.
     """
     network = street_network(city)
     own = network.street(landmark_id)
@@ -91,10 +91,12 @@ def across_street(city: CityMap, landmark_id: str, depth_m: float = SIDE_M) -> B
             for left in (True, False)
         )
     stretches = [s for s in network.stretches if network.streets[s.street].bounds_blocks]
-    if not stretches:
+    # An alley at the back is no street that one is across from, unless there is no other.
+    roads = [s for s in stretches if network.streets[s.street].kind != "service"] or stretches
+    if not roads:
         return None
     shape = city.footprint(landmark_id)
-    nearest = min(stretches, key=lambda stretch: float(shapely.distance(shape, stretch.line)))
+    nearest = min(roads, key=lambda stretch: float(shapely.distance(shape, stretch.line)))
     middle = shapely.get_coordinates(shape.centroid)
     left = bool(nearest_on_lines([nearest.line], middle).on_left[0])
     axis = network.streets[nearest.street]

@@ -9,7 +9,6 @@ import shapely
 from sloop_ppl.maps import Block, CityMap, StreetAxis, StreetNetwork, street_network
 from sloop_ppl.plots._axes import font_pt, new_axes, stroke, width_in
 from sloop_ppl.plots._ground import draw_shape
-from sloop_ppl.plots._labels import Label
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, INK, PAPER, TARGET_COLOURS
 from sloop_ppl.plots.city import draw_map
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
     from matplotlib.text import Text
+
+    from sloop_ppl.plots._labels import Label
 
 __all__ = ["plot_blocks"]
 
@@ -122,6 +123,8 @@ def _labels(network: StreetNetwork, window: shapely.Polygon, size_m: float) -> l
 
     `size_m` is the size of the letters in metres on the map.
     """
+    from sloop_ppl.plots._labels import Label
+
     names = []
     for axis in network.streets:
         seen = [shapely.intersection(spine, window) for spine in axis.spines]

@@ -1,11 +1,14 @@
+import pickle
 from importlib.metadata import entry_points
 
 import pytest
 import spacy
+from spacy.tokens import Doc, DocBin
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.language import load_pipeline
+from sloop_ppl.language import load_pipeline, parse
 from sloop_ppl.language.pipeline import COMPONENTS
+from sloop_ppl.maps import load_map
 
 TEXT = "The red bike is behind Velvet Dog.  The green\n\ncar isn't near Rumor!!"
 
@@ -77,3 +80,55 @@ def test_factories_are_declared_to_spacy():
         module, _, attribute = declared[name].partition(":")
         assert module.startswith("sloop_ppl.language.")
         assert attribute.startswith("make_")
+
+
+TEXTS = [
+    "The red bike is behind Velvet Dog",
+    "The food truck is near a bank, 50 m north of Hoyt Block",
+]
+
+
+def test_what_is_recognised_stands_in_spans():
+    doc = load_pipeline("cleveland")(TEXTS[1])
+    (landmark,) = doc.spans["sloop_landmarks"]
+    assert (landmark.text, landmark.label_, landmark.kb_id_) == (
+        "Hoyt Block",
+        "LANDMARK",
+        "HoytBlock",
+    )
+    (thing,) = doc.spans["sloop_objects"]
+    assert (thing.text, thing.label_, thing.kb_id_) == ("food truck", "OBJECT", "FoodTruck")
+    (kind,) = doc.spans["sloop_kinds"]
+    assert (kind.text, kind.label_) == ("bank", "KIND")
+    cues = {(span.text, span.label_, span.kb_id_) for span in doc.spans["sloop_cues"]}
+    assert ("near", "RELATION", "near") in cues
+    assert ("north", "RELATION", "north") in cues
+
+
+def test_documents_are_saved_with_their_description(tmp_path):
+    nlp = load_pipeline("cleveland")
+    doc = nlp(TEXTS[0])
+    again = Doc(nlp.vocab).from_bytes(doc.to_bytes())
+    assert again._.sloop_description == doc._.sloop_description
+    kept = DocBin(store_user_data=True, docs=[doc])
+    kept.to_disk(tmp_path / "docs.spacy")
+    (read,) = DocBin(store_user_data=True).from_disk(tmp_path / "docs.spacy").get_docs(nlp.vocab)
+    assert read._.spatial_relations == doc._.spatial_relations
+
+
+def test_a_pipeline_of_a_map_is_pickled_and_runs_in_several_processes():
+    nlp = load_pipeline(load_map("cleveland"))
+    alone = [doc._.sloop_description for doc in nlp.pipe(TEXTS)]
+    assert [d.relations for d in alone] == [
+        parse(text, load_map("cleveland")).relations for text in TEXTS
+    ]
+    assert [doc._.sloop_description for doc in pickle.loads(pickle.dumps(nlp)).pipe(TEXTS)] == alone
+    assert [doc._.sloop_description for doc in nlp.pipe(TEXTS, n_process=2)] == alone
+
+
+def test_a_pipeline_is_saved_with_its_map(tmp_path):
+    nlp = load_pipeline(load_map("cleveland"))
+    nlp.to_disk(tmp_path / "pipeline")
+    read = load_pipeline()
+    read.from_disk(tmp_path / "pipeline")
+    assert read(TEXTS[0])._.sloop_description == nlp(TEXTS[0])._.sloop_description

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sloop_ppl.errors import InputError, OutsideMap
@@ -30,6 +30,7 @@ def test_a_building_that_only_touches_the_border_is_outside():
     assert city.window((0, 0), 20).landmarks == ()
 
 
+@settings(deadline=None)
 @given(st.floats(-100, 100), st.floats(-100, 100), st.floats(1, 300))
 def test_a_place_is_the_same_on_both(x, y, side):
     city = load_map("cleveland")
