@@ -10,7 +10,7 @@ from typing import Any
 
 from sloop_ppl.errors import MapError
 
-__all__ = ["JSON_FORM", "content", "form_of"]
+__all__ = ["JSON_FORM", "content", "form_of", "holds"]
 
 JSON_FORM = "json"
 """The form of Overpass JSON and GeoJSON; the others are names of libosmium's formats."""
@@ -30,6 +30,7 @@ _OTHER_ROOTS = {
 }
 # 1 GiB: a JSON text takes some ten times its size once it is parsed.
 _MAX_JSON_BYTES = 1 << 30
+_CHUNK_BYTES = 1 << 20
 
 
 def form_of(path: Path) -> str:
@@ -65,16 +66,34 @@ def content(path: Path) -> bytes:
         When it cannot be unpacked, or is too large to be read as text.
     """
     try:
-        with path.open("rb") as file:
-            magic = file.read(2)
-        openers: dict[bytes, Any] = {b"\x1f\x8b": gzip.open, b"BZ": bz2.open}
-        with openers.get(magic, open)(path, "rb") as file:
+        with _unpacked(path) as file:
             data: bytes = file.read(_MAX_JSON_BYTES + 1)
     except (OSError, EOFError, ValueError) as error:
         raise MapError(f"File '{path}' cannot be read: {error}") from None
     if len(data) > _MAX_JSON_BYTES:
         raise MapError(f"File '{path}' is over 1 GiB; expected less: take an .osm.pbf of the place")
     return data
+
+
+def holds(path: Path, pattern: re.Pattern[bytes]) -> bool:
+    """Tell whether the bytes of a file, unpacked, have a piece of up to 4 KiB that fits a pattern."""
+    before = b""
+    try:
+        with _unpacked(path) as file:
+            while chunk := file.read(_CHUNK_BYTES):
+                if pattern.search(before + chunk):
+                    return True
+                before = chunk[-4096:]
+    except (OSError, EOFError, ValueError):
+        return False
+    return False
+
+
+def _unpacked(path: Path) -> Any:
+    with path.open("rb") as file:
+        magic = file.read(2)
+    openers: dict[bytes, Any] = {b"\x1f\x8b": gzip.open, b"BZ": bz2.open}
+    return openers.get(magic, open)(path, "rb")
 
 
 def _form(head: bytes, path: Path, packed: str) -> str:

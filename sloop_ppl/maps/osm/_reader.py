@@ -13,7 +13,7 @@ from sloop_ppl.errors import MapError
 from sloop_ppl.maps.osm._collector import Collector
 from sloop_ppl.maps.osm._elements import Elements, overpass_elements, xml_elements
 from sloop_ppl.maps.osm._feature import OsmData
-from sloop_ppl.maps.osm._form import JSON_FORM, content, form_of
+from sloop_ppl.maps.osm._form import JSON_FORM, content, form_of, holds
 from sloop_ppl.maps.osm._ordered import NotInOrder, ordered_copy
 from sloop_ppl.maps.osm._tagged_geojson import read_tagged
 from sloop_ppl.maps.osm._unreadable import unreadable
@@ -148,7 +148,7 @@ def _collected(
     if found.lost_nodes and _holds_any(source, found.lost_nodes):
         raise NotInOrder
     wants = found.lost_nodes or report.incomplete
-    if wants and form.startswith("osm") and _PLACED.search(content(path)):
+    if wants and form.startswith("osm") and holds(path, _PLACED):
         raise _PlacedInWays
     return data
 
