@@ -76,7 +76,7 @@ def content(path: Path) -> bytes:
 
 
 def holds(path: Path, pattern: re.Pattern[bytes]) -> bool:
-    """Tell whether the bytes of a file, unpacked, have a piece of up to 4 KiB that fits a pattern."""
+    """Tell whether a file, unpacked, has a piece of up to 4 KiB that fits a pattern."""
     before = b""
     try:
         with _unpacked(path) as file:
