@@ -55,7 +55,13 @@ Name = Annotated[
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(help="An .osm or .osm.pbf file.", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="OpenStreetMap XML, .osm.pbf, Overpass JSON or GeoJSON with tags.",
+            show_default=False,
+        ),
+    ],
     out: Out,
     center: Annotated[
         str | None, typer.Option(metavar="LAT,LON", help="Middle of a patch, with --side-m.")
@@ -67,6 +73,9 @@ def import_(
     all_: Annotated[bool, typer.Option("--all", help="Take all that is in the file.")] = False,
     cell_m: Cell = 5.0,
     name: Name = None,
+    allow_incomplete: Annotated[
+        bool, typer.Option("--allow-incomplete", help="Go on when much lacks its nodes.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Import a patch of an OpenStreetMap file, offline."""
@@ -78,7 +87,7 @@ def import_(
     box = read_degrees(bbox, "WEST,SOUTH,EAST,NORTH") if bbox else None
     city, report = import_osm(
         file, centre=middle, side_m=side_m, bbox=box, everything=all_, cell_m=cell_m,
-        name=name or out.stem, progress=progress,
+        name=name or out.stem, allow_incomplete=allow_incomplete, progress=progress,
     )  # fmt: skip
     write_map(city, out)
     print_json(summary(city)) if json else print_data(f"{out}: {city}", *report.lines())

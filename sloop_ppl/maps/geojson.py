@@ -56,6 +56,7 @@ def from_geojson(data: Any, cell_m: float | None = None, source: str = "map") ->
     grid = _grid(data, cell_m, source)
     repaired: list[str] = []
     landmarks = tuple(_landmark(f, grid, source, repaired) for f in data["features"])
+    _check_inside(landmarks, grid, source)
     if repaired:
         _LOG.warning(
             "%s: outlines that cross themselves, repaired: %d (%s)",
@@ -102,6 +103,26 @@ def _grid(data: Mapping[str, Any], cell_m: float | None, source: str) -> Grid:
     except ValueError as error:
         name = "extent_m" if half is None else "half_extent_m"
         raise MapError(f"{source}: field '{name}': {error}", field=name) from error
+
+
+def _check_inside(landmarks: tuple[Landmark, ...], grid: Grid, source: str) -> None:
+    """Refuse a map none of whose landmarks is inside; one without landmarks is an empty patch."""
+    west, south, east, north = grid.extent_m
+    lat, lon = grid.centre or (math.inf, math.inf)
+    if west <= lon <= east and south <= lat <= north and max(east - west, north - south) < 1:
+        raise MapError(
+            f"{source}: field 'extent_m' is {[west, south, east, north]}, which looks like "
+            "degrees; expected metres from the centre, [west, south, east, north]",
+            field="extent_m",
+        )
+    box = shapely.box(west, south, east, north)
+    if landmarks and not any(shapely.intersects(box, m.geometry) for m in landmarks):
+        raise MapError(
+            f"{source}: none of its {len(landmarks)} landmarks is inside field 'extent_m' "
+            f"({west:g}, {south:g}, {east:g}, {north:g} metres from the centre); expected an "
+            "extent in metres that holds them",
+            field="extent_m",
+        )
 
 
 def _landmark(feature: Mapping[str, Any], grid: Grid, source: str, repaired: list[str]) -> Landmark:

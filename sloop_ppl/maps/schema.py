@@ -74,8 +74,25 @@ def _as_map_error(error: jsonschema_rs.ValidationError, data: Any, source: str) 
     if broken == "anyOf":
         path, missing = ["half_extent_m"], "half_extent_m"
     expected = _expectation(rule, missing)
+    if missing == "centre" and ("elements" in data or _tagged(data)):
+        return MapError(
+            f"{source}: is OpenStreetMap data and no map yet; make a map of it with "
+            "`sloop map import FILE --all --out MAP.geojson`"
+        )
     fact = "is missing" if missing else f"is {_shown(_follow(data, path))}"
     return _named(data, path, source, f"{fact}; expected {expected}")
+
+
+def _tagged(data: Any) -> bool:
+    """Tell whether the first feature is one of OpenStreetMap: it has tags, and no kind."""
+    first = _follow(data, ["features", 0, "properties"])
+    return (
+        isinstance(first, Mapping)
+        and "kind" not in first
+        and bool(
+            {"@id", "full_id", "osm_id", "tags", "building", "highway", "amenity"} & set(first)
+        )
+    )
 
 
 def _named(data: Any, path: Sequence[str | int], source: str, what: str) -> MapError:

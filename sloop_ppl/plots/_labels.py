@@ -62,6 +62,10 @@ class LabelLayer(Artist):
             placed.text.draw(renderer)
         self.stale = False
 
+    def forget(self) -> None:
+        """Place the labels anew when they are drawn next, as after a change of fonts."""
+        self._done = None
+
     def place(self, renderer: RendererBase) -> tuple[Placed, ...]:
         """Return the labels in their places for the axes as it lies on this renderer."""
         axes = self.axes

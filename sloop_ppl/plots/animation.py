@@ -15,6 +15,7 @@ from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.outputs import written_whole
 from sloop_ppl.plots._belief import draw_cells
+from sloop_ppl.plots._glyphs import collected_glyphs, tell_missing
 from sloop_ppl.plots._palette import ACCENTS, INK, PAPER, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
 from sloop_ppl.plots._robot import is_find, robot_path, seen_image, target_style
@@ -83,13 +84,14 @@ def animate_search(
     ffmpeg = find_ffmpeg() if film else ""
     if not fps > 0:
         raise InputError(f"fps is {fps}; expected a positive number of frames a second")
-    scene = _Scene(episode, city, _by_pose(episode, beliefs), tuple(imagined))
     count = len(episode.poses)
     frames: list[Image] = []
-    for step in range(count):
-        frames.append(scene.frame(step))
-        if progress is not None:
-            progress(step + 1, count)
+    with collected_glyphs() as missing:
+        scene = _Scene(episode, city, _by_pose(episode, beliefs), tuple(imagined))
+        for step in range(count):
+            frames.append(scene.frame(step))
+            if progress is not None:
+                progress(step + 1, count)
     try:
         with written_whole(chosen) as whole:
             if film:
@@ -102,6 +104,7 @@ def animate_search(
         raise OutputError(
             f"Animation '{path}' cannot be written: {error.strerror or error}"
         ) from error
+    tell_missing(missing, f"Animation '{path}'")
     return chosen
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.outputs import check_output, written_whole
+from sloop_ppl.plots._glyphs import collected_glyphs, tell_missing, use_fallback_fonts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,18 +91,33 @@ def save_figure(drawn: Figure | Axes, path: str | Path, *, dpi: float = 200.0) -
     from matplotlib.axes import Axes
 
     chosen = check_figure_path(path)
-    ending = chosen.suffix.lower().removeprefix(".")
     figure = drawn.get_figure(root=True) if isinstance(drawn, Axes) else drawn
     if figure is None:
         raise InputError("The axes belong to no figure any more; draw again and save the result")
     try:
-        # A fixed salt: matplotlib draws ids of SVG elements at random without one.
-        with mpl.rc_context({"svg.hashsalt": "sloop"}), written_whole(chosen) as whole:
-            figure.savefig(
-                whole, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)
-            )
+        missing = _write(figure, chosen, dpi, mpl.rcParams["font.family"])
+        if missing and (fonts := use_fallback_fonts(figure, missing)):
+            missing = _write(figure, chosen, dpi, [*mpl.rcParams["font.family"], *fonts])
     except OSError as error:
         raise OutputError(
             f"Figure '{path}' cannot be written: {error.strerror or error}"
         ) from error
+    tell_missing(missing, f"Figure '{path}'")
     return chosen
+
+
+def _write(figure: Figure, path: Path, dpi: float, fonts: list[str]) -> set[str]:
+    """Write a figure; return the letters that the fonts of its texts lack."""
+    import matplotlib as mpl
+
+    ending = path.suffix.lower().removeprefix(".")
+    # A fixed salt: matplotlib draws ids of SVG elements at random without one.
+    with (
+        collected_glyphs() as missing,
+        mpl.rc_context({"svg.hashsalt": "sloop", "font.family": fonts}),
+        written_whole(path) as whole,
+    ):
+        figure.savefig(
+            whole, format=ending, dpi=dpi, bbox_inches="tight", metadata=_METADATA.get(ending)
+        )
+    return missing

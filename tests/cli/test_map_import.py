@@ -99,3 +99,18 @@ def test_fetch_needs_a_place(capsys, tmp_path):
     code, _, err = run(capsys, "map", "fetch", " ", "--out", tmp_path / "a.geojson")
     assert (code, len(err.splitlines())) == (2, 1)
     assert "The place is empty" in err
+
+
+def test_a_file_without_its_nodes_is_refused_unless_that_is_allowed(capsys, tmp_path):
+    osm = block()
+    osm.nodes = [node for node in osm.nodes if "<tag" in node]
+    file = osm.write(tmp_path / "ways.xml")
+    lat, lon = CENTRE
+    patch = ("--center", f"{lat},{lon}", "--side-m", 200, "--out", tmp_path / "a.geojson")
+    code, out, err = run(capsys, "map", "import", file, *patch)
+    assert (code, out) == (2, "")
+    assert "give --allow-incomplete" in err
+    assert not (tmp_path / "a.geojson").exists()
+    code, out, _ = run(capsys, "map", "import", file, *patch, "--allow-incomplete")
+    assert code == 0
+    assert "left out, without coordinates in the file: " in out

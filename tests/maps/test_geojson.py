@@ -248,3 +248,22 @@ def test_a_mutated_map_is_read_or_refused_in_one_line(mutations):
         for landmark in city.landmarks:
             assert city.cells(landmark.id).any()
     assert "\n" not in told
+
+
+def test_an_extent_in_degrees_is_refused():
+    data = copy.deepcopy(MAP)
+    del data["half_extent_m"]
+    data["extent_m"] = [-81.7005, 41.4995, -81.6995, 41.5005]
+    with pytest.raises(MapError, match="which looks like degrees; expected metres") as caught:
+        from_geojson(data)
+    assert caught.value.field == "extent_m"
+
+
+def test_a_map_none_of_whose_landmarks_is_inside_is_refused():
+    data = copy.deepcopy(MAP)
+    data["centre"] = {"lat": 41.51, "lon": -81.7}
+    with pytest.raises(MapError, match="none of its 3 landmarks is inside") as caught:
+        from_geojson(data)
+    assert caught.value.field == "extent_m"
+    data["features"] = []
+    assert from_geojson(data).landmarks == ()

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from sloop_ppl.maps._symbols import folded
+from sloop_ppl.maps.osm._romanise import has_latin, romanised
 
 __all__ = ["address", "aliases", "local_languages", "name_of"]
 
@@ -14,6 +15,12 @@ _ALIAS_TAGS = (
     "official_name", "short_name", "alt_name", "loc_name", "old_name", "int_name", "nat_name",
     "reg_name", "name_1", "name_2", "brand", "operator", "addr:housename",
 )  # fmt: skip
+# Names that are no name of the place itself.
+_NOT_ITS_OWN = {"operator", "addr:housename"}
+# "name:ja-Latn", "name:zh-Latn-pinyin", "name:ja_rm", "name:zh_pinyin".
+_IN_LATIN = re.compile(
+    r"name:[a-z]{2,3}[-_](?:latn(?:[-_]\w+)*|rm|pinyin|romaji|hepburn)", re.IGNORECASE
+)
 _LANGUAGE = re.compile(r"name:([a-z]{2,3})")
 # Words of languages in which the house number stands before the street: English, French.
 _NUMBER_FIRST = {
@@ -39,6 +46,9 @@ def aliases(
 ) -> tuple[str, ...]:
     """Return the other names of a feature, each once, none that reads like its name.
 
+    A name in another script than Latin has its transliteration among them when the tags give it no
+    other name in Latin letters.
+
     Parameters
     ----------
     tags
@@ -50,7 +60,11 @@ def aliases(
     # Of a road the operator is an office, and the ref, such as "B 1", a name.
     if "highway" in tags:
         keys = [key for key in keys if key not in ("operator", "brand")] + ["ref"]
+    keys += sorted(key for key in tags if key not in keys and _IN_LATIN.fullmatch(key))
     texts = [" ".join(part.split()) for key in keys for part in tags.get(key, "").split(";")]
+    latin = any(has_latin(tags.get(key, "")) for key in keys if key not in _NOT_ITS_OWN)
+    if not latin and name and (spelt := romanised(name)):
+        texts.append(spelt)
     if own := address(tags):
         texts.append(own)
     seen = {folded(name or "")}

@@ -10,8 +10,9 @@ from sloop_ppl.maps._symbols import camel_case, unique
 from sloop_ppl.maps.landmark import KINDS, Landmark
 from sloop_ppl.maps.osm._feature import source_key
 from sloop_ppl.maps.osm._feature_names import aliases, local_languages
-from sloop_ppl.maps.osm._measures import height_m, road_width_m
+from sloop_ppl.maps.osm._measures import height_m, road_width_m, unread
 from sloop_ppl.maps.osm._pieces import Piece
+from sloop_ppl.maps.osm.import_report import ImportReport
 
 __all__ = ["KEPT_TAGS", "landmarks_of"]
 
@@ -27,14 +28,19 @@ KEPT_TAGS = (
 """Tags of OpenStreetMap that a landmark keeps as properties."""
 
 
-def landmarks_of(pieces: list[Piece]) -> tuple[Landmark, ...]:
+def landmarks_of(pieces: list[Piece], report: ImportReport) -> tuple[Landmark, ...]:
     """Return the landmarks of pieces, by kind and then by the number of their source.
 
     Ids are CamelCase symbols of names, numbered from 2 when several landmarks have the same;
-    nameless ones are called by what they are and numbered from 1.
+    nameless ones are called by what they are and numbered from 1. The report lists heights and
+    widths that cannot be read.
     """
     ordered = sorted(pieces, key=lambda p: (KINDS.index(p.kind), source_key(p.sources[0])))
     ids = _ids(ordered)
+    for piece in ordered:
+        if piece.kind == "building" or piece.is_line:
+            tags = unread(piece.tags, is_building=piece.kind == "building")
+            report.unread += [f"{piece.sources[0]} {tag}" for tag in tags]
     languages = local_languages(p.tags for p in ordered if p.name)
     return tuple(_landmark(p, ids, languages) for p in ordered)
 

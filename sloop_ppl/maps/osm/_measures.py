@@ -1,11 +1,12 @@
-"""Read widths and heights from tags, or take what is usual for the class."""
+"""Take widths and heights from tags, or what is usual for the class."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
-__all__ = ["ROAD_WIDTH_M", "height_m", "length_m", "road_width_m"]
+from sloop_ppl.maps.osm._lengths import length_m, levels
+
+__all__ = ["ROAD_WIDTH_M", "height_m", "road_width_m", "unread"]
 
 ROAD_WIDTH_M = {
     "motorway": 15.0, "trunk": 13.0, "primary": 12.0, "secondary": 10.0, "tertiary": 9.0,
@@ -20,26 +21,9 @@ ROAD_WIDTH_M = {
 # Width of a lane and height of a storey where no tag tells it, metres.
 _LANE_M = 3.25
 _LEVEL_M = 3.0
-_LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|km|cm|ft|feet|')?\s*")
-_FEET = re.compile(r"\s*(\d+)\s*'\s*(\d+)\s*(?:\"|'')?\s*")
-_UNIT_M = {"km": 1000.0, "cm": 0.01, "ft": 0.3048, "feet": 0.3048, "'": 0.3048}
-
-
-def length_m(text: str | None) -> float | None:
-    """Read a length such as ``"12"``, ``"3.5 m"``, ``"40 ft"`` or ``5'6"``; None if it is none.
-
-    Examples
-    --------
-    >>> length_m("10 ft"), length_m("3,5 m"), length_m("wide")
-    (3.048, 3.5, None)
-    """
-    if text is None:
-        return None
-    if feet := _FEET.fullmatch(text):
-        return round((int(feet[1]) + int(feet[2]) / 12) * 0.3048, 3)
-    if not (found := _LENGTH.fullmatch(text)):
-        return None
-    return round(float(found[1].replace(",", ".")) * _UNIT_M.get(found[2] or "m", 1.0), 3)
+# Beyond these a tag is a slip.
+_NARROWEST_M, _WIDEST_M = 0.5, 60.0
+_TALLEST_M, _MOST_LEVELS = 1000.0, 300
 
 
 def road_width_m(tags: Mapping[str, str]) -> float:
@@ -51,7 +35,7 @@ def road_width_m(tags: Mapping[str, str]) -> float:
     for key in ("width", "est_width"):
         tagged_m = length_m(tags.get(key))
         # Wider or narrower is a slip of the tag.
-        if tagged_m is not None and 0.5 <= tagged_m <= 60.0:
+        if tagged_m is not None and _NARROWEST_M <= tagged_m <= _WIDEST_M:
             return tagged_m
     usual = ROAD_WIDTH_M.get(tags.get("highway", tags.get("waterway", "")), 4.0)
     lanes = tags.get("lanes", "")
@@ -64,11 +48,30 @@ def road_width_m(tags: Mapping[str, str]) -> float:
 def height_m(tags: Mapping[str, str]) -> float | None:
     """Return the height of a building, metres: ``height``, else 3 m a level; None if untold."""
     tagged_m = length_m(tags.get("height"))
-    if tagged_m is not None and 0 < tagged_m <= 1000:
+    if tagged_m is not None and 0 < tagged_m <= _TALLEST_M:
         return tagged_m
-    try:
-        levels = float(tags.get("building:levels", ""))
-    except ValueError:
-        return None
-    # More than 300 levels are a slip of the tag.
-    return round(levels * _LEVEL_M, 3) if 0 < levels <= 300 else None
+    storeys = levels(tags.get("building:levels"))
+    return round(storeys * _LEVEL_M, 3) if storeys and storeys <= _MOST_LEVELS else None
+
+
+def unread(tags: Mapping[str, str], is_building: bool) -> list[str]:
+    """Return those tags for height, levels or width whose values cannot be used.
+
+    Examples
+    --------
+    >>> unread({"height": "1O m", "building:levels": "0"}, is_building=True)
+    ['height=1O m']
+    """
+    found = []
+    for key in ("height", "building:levels") if is_building else ("width", "est_width"):
+        if key not in tags:
+            continue
+        if key == "building:levels":
+            value = levels(tags[key])
+            low, high = 0.0, float(_MOST_LEVELS)
+        else:
+            value = length_m(tags[key])
+            low, high = (1e-3, _TALLEST_M) if is_building else (_NARROWEST_M, _WIDEST_M)
+        if value is None or not low <= value <= high:
+            found.append(f"{key}={' '.join(tags[key].split())[:30]}")
+    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-__all__ = ["NotInOrder", "drawn_id", "ordered_copy"]
+__all__ = ["NotInOrder", "above_zero", "drawn_id", "ordered_copy"]
 
 # Editors give what has not been uploaded ids below zero; they become ids above all real ones.
 _DRAWN = 1 << 40
@@ -20,17 +20,18 @@ def drawn_id(number: int) -> int:
     return number if number < _DRAWN else _DRAWN - number
 
 
-def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
+def ordered_copy(source: Any, folder: Path) -> tuple[Path, int]:
     """Write a copy with nodes, ways and relations by number, the newest version of each.
 
-    Return the copy, and how many objects the file holds more than once.
+    `source` is a path or an `osmium.io.File`. Return the copy, and how many objects the file
+    holds more than once.
     """
     import osmium
 
     above, copy = folder / "above.osm.pbf", folder / "ordered.osm.pbf"
     count = 0
     with osmium.SimpleWriter(str(above)) as writer:
-        for thing in osmium.FileProcessor(str(path)):
+        for thing in osmium.FileProcessor(source):
             count += 1
             _write_above_zero(writer, thing)
     # simplify=True keeps the newest version of each; what is left is sorted by type and id.
@@ -42,17 +43,18 @@ def ordered_copy(path: Path, folder: Path) -> tuple[Path, int]:
     return copy, count - newest.count
 
 
-def _above(number: int) -> int:
+def above_zero(number: int) -> int:
+    """Return the id that an object has in an ordered copy."""
     return number if number >= 0 else _DRAWN - number
 
 
 def _write_above_zero(writer: Any, thing: Any) -> None:
-    number = _above(thing.id)
+    number = above_zero(thing.id)
     if thing.is_way():
-        nodes = [_above(ref.ref) for ref in thing.nodes]
+        nodes = [above_zero(ref.ref) for ref in thing.nodes]
         writer.add_way(thing.replace(id=number, nodes=nodes))
     elif thing.is_relation():
-        members = [(m.type, _above(m.ref), m.role) for m in thing.members]
+        members = [(m.type, above_zero(m.ref), m.role) for m in thing.members]
         writer.add_relation(thing.replace(id=number, members=members))
     else:
         writer.add_node(thing.replace(id=number))

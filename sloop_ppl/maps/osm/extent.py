@@ -9,9 +9,13 @@ import numpy as np
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps.grid import Grid
-from sloop_ppl.maps.osm._reader import Bounds
+from sloop_ppl.maps.osm._window import Bounds, crossing
 
-__all__ = ["box_grid", "grid_bounds", "read_degrees", "square_grid"]
+__all__ = ["beyond_m", "box_grid", "data_grid", "grid_bounds", "read_degrees", "square_grid"]
+
+# A box across longitude 180 is no wider.
+_ACROSS_DEG = 90.0
+_LEAST_SIDE_M = 100.0
 
 
 def square_grid(centre: Sequence[float], side_m: float, cell_m: float) -> Grid:
@@ -48,7 +52,7 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
     Parameters
     ----------
     bbox
-        West, south, east and north, degrees.
+        West, south, east and north, degrees; west > east across longitude 180.
 
     Raises
     ------
@@ -57,17 +61,42 @@ def box_grid(bbox: Sequence[float], cell_m: float) -> Grid:
     """
     west, south, east, north = _numbers(bbox, 4, "bbox", "west,south,east,north")
     on_earth = -180 <= west <= 180 and -180 <= east <= 180 and south >= -89 and north <= 89
-    if not (on_earth and west < east and south < north):
+    # A box across longitude 180 is narrow; one whose sides are swapped nearly goes round the earth.
+    across = east + 360 if west > east and east + 360 - west <= _ACROSS_DEG else east
+    if not (on_earth and west < across and south < north):
         raise InputError(
             f"bbox is {west:g},{south:g},{east:g},{north:g}; expected west,south,east,north in "
             "degrees, west < east and south < north, longitudes in [-180, 180], latitudes in "
             "[-89, 89]; are they swapped?"
         )
-    centre = ((south + north) / 2, (west + east) / 2)
+    middle = (west + across) / 2
+    centre = ((south + north) / 2, middle - 360 if middle > 180 else middle)
     frame = Grid.square(1.0, 1.0, centre)
     x, y = frame.from_lonlat([west, east, centre[1], centre[1]], [centre[0]] * 2 + [south, north])
     # The sides through the middle of the box, in whole centimetres.
     left, bottom, right, top = (round(float(side), 2) for side in (x[0], y[2], x[1], y[3]))
+    return Grid(left, bottom, right, top, cell_m, centre)
+
+
+def data_grid(reached: Bounds, cell_m: float) -> Grid:
+    """Return the grid of all there is, its outermost points on it, their box in degrees given.
+
+    A side is 100 m at least: of a single point the surroundings are taken.
+    """
+    west, south, east, north = reached
+    across = east + 360 if west > east else east
+    middle = (west + across) / 2
+    centre = ((south + north) / 2, middle - 360 if middle > 180 else middle)
+    frame = Grid.square(1.0, 1.0, centre)
+    # Sides that are straight in degrees bulge in metres: corners and middles of the sides.
+    lon, lat = np.meshgrid([west, centre[1], east], [south, centre[0], north])
+    x, y = frame.from_lonlat(lon.ravel(), lat.ravel())
+    sides = []
+    for low, high in ((float(x.min()), float(x.max())), (float(y.min()), float(y.max()))):
+        spare = max(0.0, _LEAST_SIDE_M - (high - low)) / 2
+        # Outwards, in whole centimetres.
+        sides.append((math.floor((low - spare) * 100) / 100, math.ceil((high + spare) * 100) / 100))
+    (left, right), (bottom, top) = sides
     return Grid(left, bottom, right, top, cell_m, centre)
 
 
@@ -81,7 +110,32 @@ def grid_bounds(grid: Grid) -> Bounds:
         np.concatenate([x, x, np.full(9, west), np.full(9, east)]),
         np.concatenate([np.full(9, south), np.full(9, north), y, y]),
     )
-    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+    if lon.max() - lon.min() > 180:
+        west, east = crossing(float((lon % 360).min()), float((lon % 360).max()))
+    else:
+        west, east = float(lon.min()), float(lon.max())
+    return west, float(lat.min()), east, float(lat.max())
+
+
+def beyond_m(grid: Grid, known: Bounds, share: float = 0.0) -> dict[str, float]:
+    """Return how far a grid reaches beyond bounds in degrees, metres by side.
+
+    Sides are left out where it is less than a metre, or less than a share of the grid's side.
+    """
+    if grid.centre is None:
+        return {}
+    west, south, east, north = known
+    lat, lon = grid.centre
+    x, y = grid.from_lonlat([west, east, lon, lon], [lat, lat, south, north])
+    left, bottom, right, top = grid.extent_m
+    over = {
+        "west": float(x[0]) - left,
+        "south": float(y[2]) - bottom,
+        "east": right - float(x[1]),
+        "north": top - float(y[3]),
+    }
+    least = max(1.0, share * max(right - left, top - bottom))
+    return {side: metres for side, metres in over.items() if metres > least}
 
 
 def read_degrees(text: str, expected: str) -> tuple[float, ...]:

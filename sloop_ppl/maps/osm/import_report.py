@@ -28,6 +28,14 @@ class ImportReport:
         Relations of which the file lacks a member.
     cut_short
         Ways of which the file lacks a node; they are kept without it.
+    no_coordinates
+        Ways of none of whose nodes the file has a place, left out.
+    ways, relations
+        Ways with tags and multipolygons that were read.
+    lost_ways, lost_relations
+        Those among them that cannot be drawn for want of nodes.
+    beyond_m
+        How far the patch reaches beyond what the file covers, metres by side of it.
     duplicates
         Objects that the file holds twice; the newest version is kept.
     underground
@@ -36,6 +44,8 @@ class ImportReport:
         Features outside the extent, left out.
     of_no_kind
         Features of no kind that a landmark can have, left out.
+    unread
+        Heights, levels and widths that could not be read, each with its source.
     entrances, addresses
         How many were attached to buildings.
     """
@@ -47,10 +57,17 @@ class ImportReport:
     broken: list[str] = field(default_factory=list)
     incomplete: int = 0
     cut_short: int = 0
+    no_coordinates: int = 0
+    ways: int = 0
+    relations: int = 0
+    lost_ways: int = 0
+    lost_relations: int = 0
+    beyond_m: dict[str, float] = field(default_factory=dict)
     duplicates: int = 0
     underground: int = 0
     outside: int = 0
     of_no_kind: int = 0
+    unread: list[str] = field(default_factory=list)
     entrances: int = 0
     addresses: int = 0
 
@@ -71,6 +88,7 @@ class ImportReport:
                 ("left out, of no kind a landmark can have", self.of_no_kind),
                 ("left out, below ground", self.underground),
                 ("left out, outside the extent", self.outside),
+                ("left out, without coordinates in the file", self.no_coordinates),
                 ("twice in the file, newest version kept", self.duplicates),
                 ("ways without some of their nodes, kept without them", self.cut_short),
                 ("relations without all of their members, left out", self.incomplete),
@@ -82,7 +100,11 @@ class ImportReport:
             for text, sources in (
                 ("outlines that cross themselves, repaired", self.repaired),
                 ("areas that enclose nothing, left out", self.broken),
+                ("heights, levels and widths that cannot be read", self.unread),
             )
             if sources
         ]
+        if self.beyond_m:
+            sides = ", ".join(f"{metres:.0f} m {side}" for side, metres in self.beyond_m.items())
+            lines.append(f"the patch reaches beyond the file, where nothing is known: {sides}")
         return lines

@@ -17,12 +17,17 @@ from sloop_ppl.maps.osm._coast import sea
 from sloop_ppl.maps.osm._feature import OsmData
 from sloop_ppl.maps.osm._landmarks import landmarks_of
 from sloop_ppl.maps.osm._merge import merge_pieces
+from sloop_ppl.maps.osm._outlines import one_of_two
 from sloop_ppl.maps.osm._pieces import pieces_of, projected
-from sloop_ppl.maps.osm._reader import Bounds, file_bounds, read_osm
-from sloop_ppl.maps.osm.extent import box_grid, grid_bounds, square_grid
+from sloop_ppl.maps.osm._reader import file_bounds, read_osm
+from sloop_ppl.maps.osm._window import Bounds
+from sloop_ppl.maps.osm.extent import beyond_m, box_grid, data_grid, grid_bounds, square_grid
 from sloop_ppl.maps.osm.import_report import ImportReport
 
 __all__ = ["ATTRIBUTION", "build_map", "import_osm"]
+
+# Where a file states no bounds it ends with its outermost feature; a strip is bare by chance.
+_BARE_SHARE = 0.15
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0"
 
@@ -36,6 +41,7 @@ def import_osm(
     everything: bool = False,
     cell_m: float = 5.0,
     name: str | None = None,
+    allow_incomplete: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[CityMap, ImportReport]:
     """Import a patch of an OpenStreetMap file, offline.
@@ -43,7 +49,8 @@ def import_osm(
     Parameters
     ----------
     path
-        ``.osm`` XML or ``.osm.pbf``, compressed or not.
+        OpenStreetMap XML, a change file or ``.osm.pbf``, compressed or not; Overpass JSON; GeoJSON
+        with tags, of overpass-turbo or QGIS. The content tells which, not the suffix.
     centre
         Latitude and longitude of the middle of a square patch, degrees, with `side_m`.
     side_m
@@ -56,6 +63,8 @@ def import_osm(
         Side of a cell, metres, > 0.
     name
         What to call the map; the file's name up to its first dot when None.
+    allow_incomplete
+        Go on when over a tenth of the ways or relations is lost for want of nodes.
     progress
         Called with a few words on what is being done.
 
@@ -70,7 +79,7 @@ def import_osm(
     InputError
         When the patch is not given in one of the three ways, or a number cannot be used.
     MapError
-        When the file cannot be read or has nothing in the patch.
+        When the file cannot be read, is incomplete, or has nothing in the patch.
     """
     file, notify, report = Path(path), progress or (lambda _: None), ImportReport()
     grid = _asked(centre, side_m, bbox, everything, cell_m)
@@ -80,11 +89,15 @@ def import_osm(
     if grid is None and known is not None:
         grid = box_grid(known, cell_m)
     notify(f"reading {file.name}")
-    data = read_osm(file, None if grid is None else grid_bounds(grid), report)
+    data = read_osm(file, None if grid is None else grid_bounds(grid), report, allow_incomplete)
     if grid is None:
         if data.bounds is None:
             raise MapError(f"File '{path}' holds no tagged feature; expected a piece of a city")
-        grid = box_grid(data.bounds, cell_m)
+        grid = data_grid(data.bounds, cell_m)
+    elif known is not None:
+        report.beyond_m = beyond_m(grid, known)
+    elif data.bounds is not None:
+        report.beyond_m = beyond_m(grid, data.bounds, share=_BARE_SHARE)
     city = build_map(data, grid, name or file.name.split(".")[0], report, notify)
     if not city.landmarks:
         raise MapError(_empty(file, grid, known))
@@ -97,7 +110,7 @@ def build_map(
     """Make a map of features in degrees; `report` counts what happens to them."""
     notify(f"sorting out {len(data.features)} features")
     features = projected(data.features, grid)
-    pieces = merge_pieces(pieces_of(features, grid, report), report)
+    pieces = merge_pieces(one_of_two(pieces_of(features, grid, report), report), report)
     if (water := sea(features, grid)) is not None:
         pieces.append(water)
     notify(f"furnishing {len(pieces)} landmarks")
@@ -105,7 +118,7 @@ def build_map(
     buildings.take_doors(features, grid.to_lonlat, report)
     buildings.take_addresses(features, data.street_of, report)
     pieces = buildings.take_places(pieces, report)
-    made = CityMap(name, grid, landmarks_of(pieces), ATTRIBUTION)
+    made = CityMap(name, grid, landmarks_of(pieces, report), ATTRIBUTION)
     report.kept = made.counts()
     city = from_geojson(to_geojson(made), source=name)
     # Rounding can make a thin outline cross itself; what was repaired then is rounded once more.

@@ -202,7 +202,7 @@ def test_a_relation_without_its_members_and_a_way_without_a_node_are_told(tmp_pa
     osm.relation(31, ("way", 999, "outer"), type="multipolygon", building="yes")
     osm.ways.append('<way id="41"><nd ref="77"/><nd ref="1000"/><nd ref="1001"/>'
                     '<tag k="highway" v="path"/></way>')  # fmt: skip
-    _, report = imported(osm, tmp_path)
+    _, report = imported(osm, tmp_path, allow_incomplete=True)
     assert (report.incomplete, report.cut_short) == (1, 1)
 
 
@@ -288,3 +288,46 @@ def test_progress_is_told(tmp_path):
 
 def test_areas_survive_projection_whole(town):
     assert all(shapely.is_valid(m.geometry) for m in town.landmarks)
+
+
+def test_a_building_on_a_way_and_on_its_relation_is_one(tmp_path):
+    osm = block()
+    osm.box(50, 30, 60, 60, 90, building="yes", name="Twin Hall", height="12")
+    osm.box(51, 40, 70, 50, 80)
+    osm.relation(
+        32, ("way", 50, "outer"), ("way", 51, "inner"),
+        type="multipolygon", building="civic", name="Twin hall",
+    )  # fmt: skip
+    osm.box(52, 65, 60, 75, 90, building="yes")
+    osm.box(53, 78, 60, 88, 90, building="yes", name="East Wing")
+    osm.relation(
+        33, ("way", 52, "outer"), ("way", 53, "outer"),
+        type="multipolygon", building="yes", name="Both Wings",
+    )  # fmt: skip
+    town, report = imported(osm, tmp_path)
+    before, _ = imported(block(), tmp_path)
+    names = [m.name for m in town.of_kind("building")]
+    # A wing with a name of its own stays.
+    assert sorted(n for n in names if n) == [
+        "Both Wings", "East Wing", "First Bank", "The Court", "Twin hall",
+    ]  # fmt: skip
+    assert len(names) == len(before.of_kind("building")) + 3
+    hall = town.landmark("TwinHall")
+    assert hall.properties["osm"] == ["way/50", "relation/32"]
+    assert hall.geometry.area == pytest.approx(30 * 30 - 10 * 10, abs=0.5)
+    assert (hall.properties["height_m"], hall.properties["building"]) == (12.0, "civic")
+    assert report.merged == 3
+
+
+def test_heights_that_cannot_be_read_are_in_the_report(tmp_path):
+    osm = block()
+    osm.box(50, 30, 60, 60, 90, building="yes", height="very tall", **{"building:levels": "2-3"})
+    osm.way(51, (-80, 40), (-70, 40), highway="path", width="wide")
+    town, report = imported(osm, tmp_path)
+    assert report.unread == ["way/50 height=very tall", "way/51 width=wide"]
+    assert report.lines()[-1] == (
+        "heights, levels and widths that cannot be read: 2 "
+        "(way/50 height=very tall, way/51 width=wide)"
+    )
+    (tall,) = [m for m in town.landmarks if m.properties["osm"] == ["way/50"]]
+    assert tall.properties["height_m"] == 9.0

@@ -5,7 +5,8 @@ import pytest
 from sloop_ppl.maps._symbols import camel_case, folded, unique
 from sloop_ppl.maps.osm._classify import classify, is_underground
 from sloop_ppl.maps.osm._feature_names import address, aliases, local_languages, name_of
-from sloop_ppl.maps.osm._measures import ROAD_WIDTH_M, height_m, length_m, road_width_m
+from sloop_ppl.maps.osm._lengths import length_m, levels
+from sloop_ppl.maps.osm._measures import ROAD_WIDTH_M, height_m, road_width_m, unread
 
 
 @pytest.mark.parametrize(
@@ -76,10 +77,45 @@ def test_underground(tags, below):
         ("12", 12.0), ("3.5 m", 3.5), ("3,5m", 3.5), ("10 ft", 3.048), ("10'", 3.048),
         ("5'6\"", 1.676), ("250 cm", 2.5), ("", None), (None, None), ("wide", None), ("-3", None),
         ("1e9", None), ("12 parsec", None), ("٣", 3.0),
+        ("12.5;15", 15.0), ("12 m;14 m", 14.0), ("3-4", 4.0), ("3 – 4 m", 4.0),
+        ("10 - 20 ft", 6.096),
+        ("~12", 12.0), ("ca. 12", 12.0), ("about 12 m", 12.0), ("13 yd", 11.887), ("40’", 12.192),
+        ("40′", 12.192), ("40′ 6″", 12.344), ("40' 6", 12.344), ("12 M", 12.0), ("12½", 12.5),
+        ("12 mètres", 12.0), ("１２", 12.0), ("12.", 12.0), (".5", 0.5), ("0.04 km", 40.0),
+        ("1,234", None), ("1.200,5", None), ("1O", None), ("3 storeys", None), ("12;tall", None),
+        ("-", None), (";", None), ("9" * 500, None), ("camel", None), ("to", None),
     ],
 )  # fmt: skip
 def test_lengths(text, metres):
     assert length_m(text) == metres
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("3", 3.0), ("3.5", 3.5), ("3,5", 3.5), ("3;4", 4.0), ("3-4", 4.0), ("G+3", 4.0),
+        ("~5", 5.0),
+        ("٣", 3.0), ("0", 0.0), ("3+1", None), ("4 + attic", None), ("-1", None), ("three", None),
+        ("", None), ("nan", None), ("1e3", None),
+    ],
+)  # fmt: skip
+def test_levels(text, number):
+    assert levels(text) == number
+
+
+@pytest.mark.parametrize(
+    ("tags", "told"),
+    [
+        ({"height": "12;15", "building:levels": "0", "width": "?"}, []),
+        ({"height": "0", "building:levels": "three"}, ["height=0", "building:levels=three"]),
+        ({"height": "5000", "building:levels": "301"}, ["height=5000", "building:levels=301"]),
+    ],
+)
+def test_what_cannot_be_read_is_told(tags, told):
+    assert unread(tags, is_building=True) == told
+    assert unread({"width": "70", "est_width": "narrow"}, is_building=False) == [
+        "width=70", "est_width=narrow",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
