@@ -113,9 +113,9 @@ def _key(
     find_map: Callable[[str], CityMap],
 ) -> dict[str, Any]:
     """Return all that the fits depend on, as JSON gives it back."""
-    told = "\n".join(repr(annotated) for annotated in descriptions)
+    record = "\n".join(repr(annotated) for annotated in descriptions)
     return {
-        "descriptions": hashlib.sha256(told.encode()).hexdigest(),
+        "descriptions": hashlib.sha256(record.encode()).hexdigest(),
         "maps": {annotated.map: find_map(annotated.map).digest for annotated in descriptions},
         "models": {name: model_digest(name, model) for name, model in models.items()},
         "sloop_ppl": sloop_ppl.__version__,

@@ -138,7 +138,7 @@ def to_dataset(
             "log_evidence": log_evidence,
             "descriptions": json.dumps(
                 [
-                    [asdict(description) for description in factor.descriptions]
+                    [_plain(asdict(description)) for description in factor.descriptions]
                     for factor in parts.factors
                 ]
             ),
@@ -283,17 +283,22 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
             table = data["log_factor"][int(entry), : math.prod(sizes)].values
             if np.isnan(table).any():
                 raise InputError("its table log_factor holds NaN; expected log likelihoods")
-            tables[target] = table.reshape(*sizes, len(names), -1)
+            tables[target] = np.array(table.reshape(*sizes, len(names), -1), order="C")
         factors.append(DescriptionFactor(descriptions, ground, tables, pair_kernels(ground)))
     return StoredPosterior(
         city=city,
         model=model,
         method=_engine(str(data.attrs["engine"]), parse_json(data.attrs["engine_options"])),
-        log_prior={t: data["log_prior"].sel(target=t).values.reshape(-1) for t in targets},
+        log_prior={t: _cells(data["log_prior"], t) for t in targets},
         factors=tuple(factors),
-        log_sensed={t: data["log_sensed"].sel(target=t).values.reshape(-1) for t in targets},
+        log_sensed={t: _cells(data["log_sensed"], t) for t in targets},
         area=_area(data.attrs.get("area_wkt"), city),
     )
+
+
+def _cells(table: xarray.DataArray, target: str) -> Table:
+    """Return a target's table, shape (S,), in memory of its own: sums keep every bit."""
+    return np.array(table.sel(target=target).values.reshape(-1), order="C")
 
 
 def _check_tables(data: xarray.Dataset, n_descriptions: int) -> None:
@@ -342,6 +347,25 @@ def _engine(name: str, options: Mapping[str, Any]) -> Engine:
     return made
 
 
+def _plain(value: Any) -> Any:
+    """Return a record with "at least" as no upper bound: files hold finite numbers only."""
+    if isinstance(value, dict):
+        return {k: _plain(None if v == math.inf else v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return value
+
+
+def _bounded(value: Any) -> Any:
+    """Return a record of a file with infinity where a distance has no upper bound."""
+    if isinstance(value, dict):
+        known = {k: _bounded(v) for k, v in value.items()}
+        if known.get("high_m", 0.0) is None:
+            known["high_m"] = math.inf
+        return known
+    return [_bounded(one) for one in value] if isinstance(value, list) else value
+
+
 def _description(data: dict[str, Any]) -> Description:
     """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
-    return msgspec.convert(data, Description)
+    return msgspec.convert(_bounded(data), Description)

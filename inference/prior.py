@@ -72,7 +72,7 @@ def _checked(table: Any, whose: str, grid: Grid) -> NDArray[np.float64]:
     if has_cell_axes(table):
         table = by_coordinate(table, f"Prior of {whose}", grid)
     try:
-        weights = np.asarray(table, dtype=np.float64)
+        weights = np.asarray(table, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise InputError(
             f"Prior of {whose} is a {type(table).__name__}; expected weights of shape "

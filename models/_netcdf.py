@@ -132,4 +132,4 @@ class FileCells:
 def _numbers(belief: xarray.DataArray, name: str) -> Table:
     if belief.dtype.kind not in "fiub":
         raise InputError(f"Prior '{name}' has a 'belief' of {belief.dtype}; expected numbers")
-    return np.asarray(belief.values, dtype=np.float64)
+    return np.asarray(belief.values, dtype=np.float64, order="C")

@@ -39,8 +39,10 @@ def check_output(path: str | Path, endings: Sequence[str]) -> Path:
     except (FileNotFoundError, NotADirectoryError):
         pass  # said below, where the folder is missing
     except (OSError, ValueError) as error:  # a name too long, a NUL in it, a folder that is closed
-        said = getattr(error, "strerror", None) or error
-        raise OutputError(f"Output '{on_one_line(str(path))}' cannot be written: {said}") from error
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(
+            f"Output '{on_one_line(str(path))}' cannot be written: {reason}"
+        ) from error
     if not folder.is_dir():
         raise OutputError(f"Output '{path}': folder '{folder}' does not exist; make it first")
     if target.is_dir():

@@ -66,7 +66,7 @@ def as_histogram(
     """
     if has_cell_axes(belief):
         belief = by_coordinate(belief, "The belief")
-    table = np.asarray(belief, dtype=np.float64)
+    table = np.asarray(belief, dtype=np.float64, order="C")
     if table.ndim != 2 or not np.isfinite(table).all() or (table < 0).any():
         raise InputError(
             f"The belief has shape {table.shape}; expected a table (H, W) of finite numbers >= 0"
