@@ -110,6 +110,15 @@ def test_a_saved_episode_is_drawn_again(tmp_path, capsys):
     assert film.read_bytes() == refilm.read_bytes()
 
 
+@pytest.fixture
+def heeds_ctrl_c():
+    """Let Ctrl-C interrupt: what a shell starts in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeds_ctrl_c")
 @pytest.mark.parametrize("stop", ["Ctrl-C", "SIGTERM"])
 def test_a_stopped_search_leaves_what_was_done(tmp_path, capsys, monkeypatch, stop):
     import sloop_ppl.bridge._search_request as search_request
