@@ -237,9 +237,12 @@ class SpatialRelation:
         _check_share(self.confidence, f"{what}: its confidence")
         if self.distance_m is not None:
             _check_number(self.distance_m, f"{what}: its distance_m")
-        for name, given in (("mentions", self.mentions), ("either", self.either or ())):
-            if not all(type(number) is int for number in given):
-                raise DescriptionError(f"{what} has {name} {given!r}; expected whole numbers")
+        branch = () if self.either is None else self.either[1:]
+        for name, given in (("mentions", self.mentions), ("either", branch)):
+            if not all(type(number) is int and number >= 0 for number in given):
+                raise DescriptionError(
+                    f"{what} has {name} {given!r}; expected whole numbers of at least 0"
+                )
         if self.either is not None and len(self.either) != 2:
             raise DescriptionError(f"{what} has either {self.either!r}; expected group and branch")
 
