@@ -33,7 +33,7 @@ class ReadEntry:
     figure, relation, ground, negated, status
         As in :class:`sloop_ppl.eval._gold.GoldEntry`.
     words
-        Words of the text that name the ground; empty when they are not told.
+        Words of the text that name the ground; empty when they are unknown.
     candidates
         Ids of all places that the ground may be.
     sources

@@ -91,7 +91,7 @@ def parse_score_lines(score: ParseScore, *, misses: bool = False) -> list[Render
     score
         The score.
     misses
-        Whether each description that was not wholly read right is told.
+        Whether each description that was not wholly read right is listed.
 
     Returns
     -------

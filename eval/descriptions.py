@@ -146,7 +146,7 @@ class AnnotatedDescription:
         The gold with its alternatives, of which `relations` is what reaches a model; what
         `relations` says when there are none.
     phenomena
-        What is peculiar in the text, such as ``"negation"``; scores are told by it.
+        What is peculiar in the text, such as ``"negation"``; scores are grouped by it.
     declared
         Objects that the line describes; those of `targets` without a description are described by
         their ids.

@@ -189,7 +189,7 @@ def score_beliefs(
     -------
     BeliefQuality
         A target of which nothing was read, or whose belief collapses, has the uniform belief, of
-        the line's area if it has one. Descriptions of several files are told file by file, too.
+        the line's area if it has one. Descriptions of several files are reported file by file, too.
 
     Raises
     ------

@@ -49,7 +49,7 @@ _MOST_CELLS = 20_000
 """On larger maps one angle stands for a bin: five would take as many tables of all cells."""
 _MOST_NUMBERS = 1_000_000  # of one table at a time, 8 MB
 _MOST_MODES, _LEAST_MODE = 3, 0.2  # what `modes_of` says in words; a fourth quarter is what is left
-_LEFT_OUT, _LEFT_OUT_LARGE = 1e-9, 1e-4  # mass of the cells that `gain` takes to be told nothing
+_LEFT_OUT, _LEFT_OUT_LARGE = 1e-9, 1e-4  # mass of the cells that `gain` leaves out
 _LAST = 4  # harmonics at the end of a series that show whether it has ended
 
 

@@ -95,7 +95,7 @@ class Parameter:
 def width_parameter(name: str, median_m: float, meaning: str) -> Parameter:
     """Return a width in metres: any positive number, likely within a factor of e^.35 = 1.4.
 
-    With a factor of 2 cities that a fit had not seen were told worse (`docs/models.md`).
+    With a factor of 2 cities that a fit had not seen scored worse (`docs/models.md`).
     """
     return Parameter(name, "m", 0.0, math.inf, median_m, 0.35, meaning)
 

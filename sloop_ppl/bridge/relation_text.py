@@ -26,7 +26,7 @@ __all__ = [
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
-# Readings that are less probable, before and after, are not told of.
+# Readings that are less probable, before and after, are not reported.
 _LEAST_READING = 0.01
 
 

@@ -1,6 +1,6 @@
 """Which stretches of a text are asserted: not what is asked, denied, or held before.
 
-Statuses are told by word, before phrases are attached: a phrase has the status of its cue.
+Statuses are found word by word, before phrases are attached: a phrase has the status of its cue.
 """
 
 from __future__ import annotations

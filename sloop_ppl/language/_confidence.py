@@ -44,7 +44,7 @@ FEATURES = (
 """What the regression looks at, in the order of its weights."""
 
 _MOST_READINGS = 4
-_LEAST_APART = 0.02  # readings less probable than this are not told apart: 2 % of the belief
+_LEAST_APART = 0.02  # readings less probable than this are not kept apart: 2 % of the belief
 
 
 @dataclass(frozen=True, slots=True)

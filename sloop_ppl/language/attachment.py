@@ -488,7 +488,7 @@ class _Walk:
         return True
 
     def _spoken_of(self, phrase: RelationPhrase) -> Ground | None:
-        """Return the object that a phrase about a place is told from: "west of it", "of me"."""
+        """Return the object that a phrase about a place is relative to: "west of it", "of me"."""
         if not phrase.grounds:
             ids = self.figures.last()
             turns = all(

@@ -76,7 +76,7 @@ class TextReading:
     inferred
         The objects that no one declared.
     features
-        Of each relation in the order of the description, what its confidence is told from.
+        Of each relation in the order of the description, the features of its confidence.
     targets
         The objects spoken of.
     """
