@@ -1,7 +1,9 @@
 # Sets everything up by itself in a virtual environment. Needs make and Python 3.11.
 #
 #   make demo     read a sentence, infer where the car is, search for it; pictures go to out/
+#   make web      say a sentence and watch the search in the browser; it prints the address
 #   make test     run the tests
+#   make test-web run the tests of the pages in Chromium, which it installs
 #   make check    ruff, codespell, and mypy --strict on the built wheel
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
 #   make coverage run the tests and print which share of each room's statements they ran
@@ -16,6 +18,7 @@
 #                      bring several GB of CUDA libraries; who wants the CPU wheels gives here the
 #                      --index-url option that PyTorch's own page on installing names for them
 #   MUTANTS_OPTIONS    options for make mutants, such as "--seed 1 --minutes 30" or "--again"
+#   WEB_OPTIONS        options for make web, such as "--open --map my_city.geojson"
 #   PYTEST_OPTIONS     options for pytest; it uses all processors unless told otherwise
 
 PYTHON ?= python3.11
@@ -23,6 +26,8 @@ VENV ?= .venv
 TORCH ?= torch==2.13.0
 TORCH_PIP_OPTIONS ?=
 MUTANTS_OPTIONS ?=
+WEB_OPTIONS ?=
+AXE ?= axe-core@4.14.1
 PYTEST_OPTIONS ?= -n auto --dist loadgroup
 
 BIN := $(abspath $(VENV))/bin
@@ -30,16 +35,29 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo test check mutants coverage venv clean
+.PHONY: demo web test test-web check mutants coverage venv clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	$(BIN)/sloop demo --out out
 
+web: $(STAMP)
+	$(BIN)/sloop serve $(WEB_OPTIONS)
+
 # As many processes as processors: a second thread in each would only wait for its turn.
 test: export OMP_NUM_THREADS ?= 1
 test: $(STAMP)
 	$(BIN)/python -m pytest $(PYTEST_OPTIONS)
+
+# Chromium is the system's; where apt-get cannot install it, the tests are skipped and say so. The
+# accessibility rules come from npm into out/, where the tests look for them.
+test-web: export OMP_NUM_THREADS ?= 1
+test-web: $(STAMP)
+	command -v chromium >/dev/null || apt-get install -y --no-install-recommends chromium || \
+	  (apt-get update && apt-get install -y --no-install-recommends chromium) || true
+	test -e out/axe/node_modules/axe-core || \
+	  npm install --silent --prefix out/axe --no-save --ignore-scripts $(AXE) || true
+	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web
 
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)

@@ -29,8 +29,9 @@ _HOME = {
     "load_map": "sloop_ppl.maps",
     "parse": "sloop_ppl.bridge",
     "search": "sloop_ppl.bridge",
+    "widget": "sloop_ppl.web",
 }
-_ROOMS = ("bridge", "eval", "inference", "language", "maps", "models", "planning", "plots")
+_ROOMS = ("bridge", "eval", "inference", "language", "maps", "models", "planning", "plots", "web")
 
 __all__ = [
     "CityMap",
@@ -53,15 +54,18 @@ __all__ = [
     "planning",
     "plots",
     "search",
+    "web",
+    "widget",
 ]
 
 if TYPE_CHECKING:
-    from sloop_ppl import bridge, eval, inference, language, maps, models, planning, plots  # noqa: A004
+    from sloop_ppl import bridge, eval, inference, language, maps, models, planning, plots, web  # noqa: A004
     from sloop_ppl.bridge import infer, parse, search
     from sloop_ppl.inference import Posterior
     from sloop_ppl.language import Description, SpatialRelation, TargetObject
     from sloop_ppl.maps import CityMap, Grid, load_map
     from sloop_ppl.planning import Episode
+    from sloop_ppl.web import widget
 
 
 def __getattr__(name: str) -> Any:

@@ -68,6 +68,7 @@ class SearchRequest:
     tree_step: int | None = None
     figure: Path | None = None
     animation: Path | None = None
+    keep_beliefs: bool = False
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def run_request(
             config=config,
             on_step=on_step,
             notify=notify,
-            keep_beliefs=request.animation is not None,
+            keep_beliefs=request.keep_beliefs or request.animation is not None,
             said=utterances,
             one_at_a_time=request.one_at_a_time,
         )

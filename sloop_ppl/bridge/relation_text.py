@@ -19,6 +19,8 @@ __all__ = [
     "ground_label",
     "meant_lines",
     "percent",
+    "phrase_in_words",
+    "reading_in_words",
     "reading_lines",
     "relations_in_words",
 ]
@@ -34,7 +36,7 @@ def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
     """Return each relation of a target in words, such as "behind Velvet Dog"; no two the same."""
     phrases: list[str] = []
     for relation in posterior.relations(target):
-        words = _in_words(relation, posterior.city)
+        words = phrase_in_words(relation, posterior.city)
         again = sum(t == words or t.startswith(f"{words} (") for t in phrases)
         phrases.append(f"{words} ({again + 1})" if again else words)
     return tuple(phrases)
@@ -83,7 +85,7 @@ def reading_lines(posterior: Posterior) -> list[str]:
         if len(readings) > 1:
             several = len(description.targets) > 1
             shares = [
-                f"{_reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
+                f"{reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
                 f"(was {one.prior:.2f})"
                 for one in sorted(readings, key=lambda one: -one.p)
             ]
@@ -91,7 +93,7 @@ def reading_lines(posterior: Posterior) -> list[str]:
     return lines
 
 
-def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
+def reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
     """Return what a reading says, the sides of an alternative with "or" between them."""
     words = ""
     before: tuple[int, int] | None = None
@@ -100,7 +102,7 @@ def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
         is_other = either is not None and before is not None and either[0] == before[0]
         link = " or " if is_other and either != before else ", "
         figure = f"{relation.figure} " if several else ""
-        words += f"{link if words else ''}{figure}{_in_words(relation, city)}"
+        words += f"{link if words else ''}{figure}{phrase_in_words(relation, city)}"
         before = either
     return f"“{words}”" if words else "nothing of it"
 
@@ -122,14 +124,15 @@ def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
     if spans is not None and ground.slot < len(spans.grounds):
         start, end = spans.grounds[ground.slot]
         return f"“{text[start:end]}”"
-    return f"“{_in_words(ground.relation, city)}”"
+    return f"“{phrase_in_words(ground.relation, city)}”"
 
 
 def _place(ground: str | None, city: CityMap) -> str:
     return "not on this map" if ground is None else ground_label(city, ground)
 
 
-def _in_words(relation: SpatialRelation, city: CityMap) -> str:
+def phrase_in_words(relation: SpatialRelation, city: CityMap) -> str:
+    """Return a relation in words, such as "not near Velvet Dog"."""
     labels = [ground_label(city, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:

@@ -47,6 +47,9 @@ def infer(
     export: Annotated[
         Path | None, typer.Option(help="Write the cells with their probability, .geojson.")
     ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write a page that needs no server, .html.")
+    ] = None,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say why the belief is where it is.")
     ] = False,
@@ -64,6 +67,8 @@ def infer(
         check_figure_path(figure)
     if export:
         check_output(export, (".geojson", ".json"))
+    if html:
+        check_output(html, (".html",))
     import numpy as np
 
     from sloop_ppl.bridge._formatting import belief_lines, belief_report, unresolved_lines
@@ -89,6 +94,10 @@ def infer(
         from sloop_ppl.inference import write_geojson
 
         write_geojson(posterior, export)
+    if html:
+        from sloop_ppl.web import write_page
+
+        write_page(html, posterior)
     why = []
     if explain:
         from sloop_ppl.bridge.explain import explain_lines

@@ -128,6 +128,9 @@ def search(
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")] = None,
     animation: Annotated[Path | None, typer.Option(help="Film the search, .gif or .mp4.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write a page that plays it without a server, .html.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are and search for them.
@@ -136,6 +139,7 @@ def search(
     """
     from sloop_ppl.bridge._replay import replay_report
     from sloop_ppl.bridge._search_request import SearchRequest, run_request
+    from sloop_ppl.outputs import check_output
 
     if replay is not None:
         others = [n for n in given(context) if n not in _WITH_REPLAY]
@@ -155,8 +159,15 @@ def search(
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
         tree=tree, tree_step=tree_step, figure=figure, animation=animation,
+        keep_beliefs=html is not None,
     )  # fmt: skip
+    if html:
+        check_output(html, (".html",))
     lines = run_request(request, notify=progress)
+    if html:
+        from sloop_ppl.web import write_page
+
+        write_page(html, lines.posterior, lines.episode, seed=seed)
     for line in unused_options(context, planner):
         progress(line)
     print_json(lines.report) if json else print_data(*lines.summary)

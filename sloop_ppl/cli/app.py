@@ -25,6 +25,7 @@ from sloop_ppl.cli import (
     _maps,
     _search,
     _short_commands,
+    _web,
 )
 from sloop_ppl.errors import SloopError
 
@@ -64,6 +65,8 @@ app.command("search")(_search.search)
 app.add_typer(_maps.app, name="map")
 app.add_typer(_frames.app, name="frames")
 app.add_typer(_evaluation.app, name="eval")
+app.command("serve")(_web.serve)
+app.add_typer(_web.collect_app, name="collect")
 app.command("list")(_short_commands.list_names)
 app.command("demo")(_short_commands.demo)
 app.command("warmup")(_short_commands.warmup)

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 __all__ = [
     "ACCENTS",
     "CLEAR",
+    "DARK",
     "INK",
     "MUTED",
     "PAPER",
     "TARGET_COLOURS",
     "MapPalette",
     "belief_colours",
+    "belief_colours_on_dark",
     "difference_colours",
 ]
 
@@ -117,6 +119,29 @@ MUTED = MapPalette(
 )
 """A map to lay something over."""
 
+DARK = MapPalette(
+    ground="#14171c",
+    building="#262b33",
+    building_edge="#424a56",
+    road="#30363f",
+    road_edge="#1d2127",
+    pedestrian="#4a5059",
+    parking="#1d2229",
+    parking_edge="#333a44",
+    park="#1b2a20",
+    park_edge="#2d4434",
+    water="#17303f",
+    water_edge="#27495c",
+    square="#20242a",
+    sign="#5f7d92",
+    poi="#b48cab",
+    label="#d9dce1",
+    road_label="#a7adb6",
+    water_label="#8fb8cf",
+    park_label="#9cc19f",
+)
+"""A map to lay something over, on a dark screen."""
+
 
 @cache
 def belief_colours() -> ListedColormap:
@@ -134,6 +159,17 @@ def belief_colours() -> ListedColormap:
     # Opaque from 0.3 of the peak on, but never quite: streets stay visible under a belief.
     rgba[:, 3] = 0.92 * np.minimum(1.0, t / 0.3) ** 0.85
     return ListedColormap([tuple(c) for c in rgba], name="sloop_belief")
+
+
+@cache
+def belief_colours_on_dark() -> ListedColormap:
+    """Return the colours of probabilities for a dark ground: bright where there is most."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    rgba = np.asarray(colormaps["inferno"](np.linspace(0.3, 0.98, 256)))
+    rgba[:, 3] = belief_colours()(np.linspace(0, 1, 256))[:, 3]
+    return ListedColormap([tuple(c) for c in rgba], name="sloop_belief_on_dark")
 
 
 @cache

@@ -68,5 +68,5 @@ def test_ci_can_be_run():
     lines = script.read_text().splitlines()
     assert "set -euo pipefail" in lines
     assert [line for line in lines if line.startswith("make ")] == [
-        "make venv", "make check", "make demo", "make test",
+        "make venv", "make check", "make demo", "make test-web", "make test",
     ]  # fmt: skip
