@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._annotated_frames import AnnotatedFrames, score_annotated
+from sloop_ppl.eval._frame_annotations import read_judgements
 from sloop_ppl.eval._frame_descriptions import DescribedFrameScore, score_described_frames
 from sloop_ppl.eval._frames import FrameEvaluation, cross_validate_frames
 from sloop_ppl.eval.descriptions import read_descriptions
@@ -27,15 +29,30 @@ __all__ = ["FrameReport", "frame_lines", "score_frames"]
 
 @dataclass(frozen=True)
 class FrameReport:
-    """How good frame predictors are on buildings and, if asked for, in what people said."""
+    """How good frame predictors are: on buildings, in what people said, against what they drew.
+
+    Parameters
+    ----------
+    buildings
+        On buildings; without scores where only annotations were given.
+    words
+        In what people said, if asked for.
+    annotated
+        Against annotated fronts, if there are any.
+    """
 
     buildings: FrameEvaluation
     words: DescribedFrameScore | None = None
+    annotated: AnnotatedFrames | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval frames --json`` prints."""
         payload = self.buildings.to_json()
-        return payload if self.words is None else {**payload, "descriptions": self.words.to_json()}
+        if self.words is not None:
+            payload["descriptions"] = self.words.to_json()
+        if self.annotated is not None:
+            payload["annotated"] = self.annotated.to_json()
+        return payload
 
     def figure(self) -> Figure:
         """Draw the deviations like the paper's figure; see `plot_deviations`."""
@@ -45,7 +62,8 @@ class FrameReport:
             name: [s.deviation_deg for s in self.buildings.select(name)]
             for name in self.buildings.predictors
         }
-        return draw_deviations(boxes, self.buildings.agreement)
+        annotated = {} if self.annotated is None else self.annotated.boxes
+        return draw_deviations(boxes, self.buildings.agreement, annotated)
 
 
 def score_frames(
@@ -53,6 +71,7 @@ def score_frames(
     *,
     recipes: str = "ego-ctx,ctx,ego",
     descriptions: Sequence[str | Path] = (),
+    annotations: Sequence[str | Path] = (),
     epochs: int | None = None,
     patience: int | None = None,
     seed: int = 0,
@@ -68,6 +87,9 @@ def score_frames(
         Names in :data:`sloop_ppl.inference._frame_training.RECIPES`, separated by commas.
     descriptions
         Description files on which the shipped ego-ctx meets the nearest street.
+    annotations
+        Files of annotated frames, against which the shipped predictors and the annotators
+        themselves are scored; without `maps` nothing else is.
     epochs, patience
         Epochs and patience instead of the recipes'.
     seed
@@ -92,6 +114,9 @@ def score_frames(
     words = None
     if descriptions:
         words = score_described_frames(read_descriptions(descriptions), rng=child(rng, "words"))
+    annotated = score_annotated(read_judgements(annotations)) if annotations else None
+    if maps is None and annotated is not None:
+        return FrameReport(FrameEvaluation((), (), ()), words, annotated)
     found = cross_validate_frames(
         bundled if maps is None else maps_of_folder(maps, progress=progress),
         names,
@@ -100,7 +125,7 @@ def score_frames(
         rng=child(rng, "folds"),
         progress=progress,
     )
-    return FrameReport(found, words)
+    return FrameReport(found, words, annotated)
 
 
 def frame_lines(report: FrameReport) -> list[RenderableType]:
@@ -108,7 +133,19 @@ def frame_lines(report: FrameReport) -> list[RenderableType]:
     payload = report.to_json()
     overall = {name: {**row, "within45": payload["within45"][name]}
                for name, row in payload["predictors"].items()}  # fmt: skip
-    lines: list[RenderableType] = [
+    lines: list[RenderableType] = []
+    if report.annotated is not None:
+        lines.append(
+            f"Deviation from the mean of the annotators, {report.annotated.phrases} phrases:"
+        )
+        lines += [
+            f"  {name}: mean {row['mean_deviation_deg']:.1f}°, median "
+            f"{row['median_deviation_deg']:.1f}° (n {row['n']})"
+            for name, row in payload["annotated"]["predictors"].items()
+        ]
+    if not payload["folds"]:
+        return lines
+    lines += [
         f"Mean over the folds {', '.join(payload['folds'])}, each city held out:",
         _table(overall),
         "Disputed: the nearest street is more than 15 degrees off the address:",

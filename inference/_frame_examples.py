@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import shapely
@@ -263,11 +264,18 @@ def examples_of_maps(
     *,
     rng: np.random.Generator,
     progress: Callable[[str], None] | None = None,
+    annotated: Mapping[str, Sequence[FrameLabel]] = MappingProxyType({}),
 ) -> dict[str, FrameExamples]:
-    """Return the examples of each map that has labels, by the map's name."""
+    """Return the examples of each map that has labels, by the map's name.
+
+    Parameters
+    ----------
+    annotated
+        Labels that people gave, in place of those of addresses, by the map's name.
+    """
     found = {}
     for name, city in maps.items():
-        labels = address_labels(city)
+        labels = list(annotated[name]) if name in annotated else address_labels(city)
         if labels:
             found[name] = frame_examples(city, labels, view, rng=rng)
         if progress:

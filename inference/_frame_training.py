@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
@@ -14,7 +14,13 @@ from torch import Tensor
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference._enumeration import seeded_torch
-from sloop_ppl.inference._frame_examples import Batch, FrameExamples, examples_of_maps, joined
+from sloop_ppl.inference._frame_examples import (
+    Batch,
+    FrameExamples,
+    FrameLabel,
+    examples_of_maps,
+    joined,
+)
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models.frames import FrameNetwork, NetworkShape, Outputs, TrainedFrames, log_density
 from sloop_ppl.registry import Registry
@@ -199,6 +205,7 @@ def train_on_maps(
     epochs: int | None = None,
     patience: int | None = None,
     command: str = "",
+    annotated: Mapping[str, Sequence[FrameLabel]] = MappingProxyType({}),
     rng: np.random.Generator,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[TrainedFrames, TrainingInfo]:
@@ -214,6 +221,8 @@ def train_on_maps(
         Epochs and patience instead of the recipe's.
     command
         The command that does just this, to be kept with the weights.
+    annotated
+        Fronts that people gave, in place of those that addresses tell, by the map's name.
     progress
         Called with a line at a time on how it goes.
 
@@ -225,20 +234,30 @@ def train_on_maps(
         When there are too few labelled buildings, or training fails.
     """
     chosen = with_limits(RECIPES[recipe], epochs, patience)
-    sets = examples_of_maps(maps, chosen.shape.view, rng=child(rng, "examples"), progress=progress)
+    sets = examples_of_maps(
+        maps, chosen.shape.view, rng=child(rng, "examples"), progress=progress, annotated=annotated
+    )
     network, info = train_frames(
         joined(list(sets.values())), chosen, rng=child(rng, "training"), progress=progress
     )
     about = {
         "name": recipe,
         "trained_on": ", ".join(f"{name} ({len(some)})" for name, some in sets.items()),
-        "labels": "addr:street: the nearest point of the named street from the centroid",
+        "labels": _labels_in_words(maps, annotated),
         "data": "(c) OpenStreetMap contributors, ODbL 1.0",
         "passes": str(info.epochs),
         "loss_on_held_back": f"{info.best:.4f}",
         "command": command,
     }
     return TrainedFrames(network, MappingProxyType(about)), info
+
+
+def _labels_in_words(maps: Mapping[str, CityMap], annotated: Collection[str]) -> str:
+    by_address = "addr:street: the nearest point of the named street from the centroid"
+    if not annotated:
+        return by_address
+    people = "annotators: the mean of the fronts they drew"
+    return people if set(maps) <= set(annotated) else f"{by_address}; {people}"
 
 
 def with_limits(recipe: Recipe, epochs: int | None, patience: int | None) -> Recipe:

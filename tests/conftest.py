@@ -24,3 +24,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=1,
         help="How many times as many damaged files tests/fuzz reads.",
     )
+    parser.addoption(
+        "--pictures",
+        default=None,
+        help="Folder into which tests/web puts the pictures of docs/workbench.md.",
+    )

@@ -256,6 +256,13 @@ def frames(
         list[Path] | None,
         typer.Option(help="Description file, .jsonl, to score fronts on too; may be repeated."),
     ] = None,
+    annotations: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Annotated fronts, .jsonl, to score predictors and people against; may be "
+            "repeated."
+        ),
+    ] = None,
     epochs: Epochs = None,
     patience: Patience = None,
     seed: Seed = 0,
@@ -271,8 +278,8 @@ def frames(
     if figure:
         check_figure_path(figure)
     found = score_frames(
-        maps, recipes=recipes, descriptions=descriptions or (), epochs=epochs, patience=patience,
-        seed=seed, progress=progress,
+        maps, recipes=recipes, descriptions=descriptions or (), annotations=annotations or (),
+        epochs=epochs, patience=patience, seed=seed, progress=progress,
     )  # fmt: skip
     if figure:
         save_figure(found.figure(), figure)

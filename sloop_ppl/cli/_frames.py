@@ -22,12 +22,17 @@ def _frames() -> None:
 
 @app.command("train")
 def train(
-    maps: Annotated[
-        Path, typer.Option(help="Folder of .osm, .osm.pbf or .geojson files.", show_default=False)
-    ],
     out: Annotated[
         Path, typer.Option(help="The weights to write, .safetensors.", show_default=False)
     ],
+    maps: Annotated[
+        Path | None,
+        typer.Option(help="Folder of .osm, .osm.pbf or .geojson files.", show_default=False),
+    ] = None,
+    annotations: Annotated[
+        list[Path] | None,
+        typer.Option(help="Fronts that people drew, .jsonl, to learn from; may be repeated."),
+    ] = None,
     recipe: Annotated[str, typer.Option(help="ego-ctx, ctx, ego or paper.")] = "ego-ctx",
     leave_out: Annotated[
         str, typer.Option(help="Maps of the folder not to train on, separated by commas.")
@@ -45,9 +50,11 @@ def train(
     seed: Seed = 0,
     json: Json = False,
 ) -> None:
-    """Train a network on buildings whose address tells the street they face."""
+    """Train a network on buildings whose address, or whose annotators, tell how they face."""
     import numpy as np
 
+    from sloop_ppl.errors import InputError
+    from sloop_ppl.eval._frame_annotations import labels_of, read_judgements
     from sloop_ppl.eval._frame_descriptions import second_stage
     from sloop_ppl.inference._frame_examples import maps_of_folder
     from sloop_ppl.inference._frame_training import train_on_maps, training_command
@@ -56,10 +63,17 @@ def train(
 
     check_output(out, (".safetensors",))
     stage = second_stage(descriptions or (), tuned)
+    if maps is None and not annotations:
+        raise InputError("Missing option '--maps' or '--annotations'; give what to learn from")
+    drawn, labels = labels_of(read_judgements(annotations)) if annotations else ({}, {})
     away = tuple(name for name in leave_out.split(",") if name)
     trained, _ = train_on_maps(
-        maps_of_folder(maps, leave_out=away, progress=progress),
+        {
+            **({} if maps is None else maps_of_folder(maps, leave_out=away, progress=progress)),
+            **drawn,
+        },
         recipe,
+        annotated=labels,
         epochs=epochs,
         patience=patience,
         command=training_command(recipe, leave_out, epochs, patience, seed),
@@ -71,6 +85,21 @@ def train(
     if stage is not None:
         payload["tuned"] = stage(out, progress)
     print_json(payload) if json else print_data(*(f"{k}: {v}" for k, v in payload.items()))
+
+
+@app.command("agreement")
+def agreement(
+    files: Annotated[
+        list[Path], typer.Argument(help="Annotated frames, .jsonl.", show_default=False)
+    ],
+    json: Json = False,
+) -> None:
+    """Tell how far annotators agree on which way grounds face, per word and city."""
+    from sloop_ppl.eval._agreement_table import agreement_lines
+    from sloop_ppl.eval._frame_annotations import frame_agreement, read_judgements
+
+    found = frame_agreement(read_judgements(files))
+    print_json(found.to_json()) if json else print_data(*agreement_lines(found))
 
 
 @app.command("predict")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from sloop_ppl.errors import InputError
@@ -57,8 +58,12 @@ def plot_deviations(boxes: Mapping[str, Sequence[float]], *, ax: Axes | None = N
     return axes
 
 
-def draw_deviations(boxes: Mapping[str, Sequence[float]], agreement: Sequence[float]) -> Figure:
-    """Draw the boxes beside a panel that says what cannot be reproduced.
+def draw_deviations(
+    boxes: Mapping[str, Sequence[float]],
+    agreement: Sequence[float],
+    annotated: Mapping[str, Sequence[float]] = MappingProxyType({}),
+) -> Figure:
+    """Draw deviations from annotated fronts and, beside them, those from addresses.
 
     Parameters
     ----------
@@ -66,6 +71,9 @@ def draw_deviations(boxes: Mapping[str, Sequence[float]], agreement: Sequence[fl
         See `plot_deviations`.
     agreement
         Deviation of address from main entrance, degrees, in place of the paper's people.
+    annotated
+        Name -> deviations from the fronts that annotators gave; without any, a panel says that the
+        paper's are not public.
 
     Notes
     -----
@@ -73,14 +81,17 @@ def draw_deviations(boxes: Mapping[str, Sequence[float]], agreement: Sequence[fl
     """
     from matplotlib.figure import Figure
 
+    if annotated and not boxes:
+        alone = Figure(figsize=(5.6, 3.6), layout="constrained")
+        plot_deviations(annotated, ax=alone.subplots())
+        alone.axes[0].set_title("Against annotated frames", fontsize=10, color=INK)
+        return alone
     figure = Figure(figsize=(9.0, 3.9), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[1.0, 2.4])
-    left.set_xticks([])
-    left.set_yticks([])
-    left.text(
-        0.5, 0.5, "not reproducible\nwithout the paper's\nannotations", ha="center", va="center",
-        fontsize=10, color=INK, transform=left.transAxes,
-    )  # fmt: skip
+    left, right = figure.subplots(1, 2, width_ratios=[1.6 if annotated else 1.0, 2.4])
+    if annotated:
+        plot_deviations(annotated, ax=left)
+    else:
+        _say_missing(left)
     left.set_title("Against annotated frames", fontsize=10, color=INK)
     rows = dict(boxes)
     if len(agreement):
@@ -88,3 +99,12 @@ def draw_deviations(boxes: Mapping[str, Sequence[float]], agreement: Sequence[fl
     plot_deviations(rows, ax=right)
     right.set_title("Against the street of the address, cities held out", fontsize=10, color=INK)
     return figure
+
+
+def _say_missing(axes: Axes) -> None:
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.text(
+        0.5, 0.5, "not reproducible\nwithout the paper's\nannotations", ha="center", va="center",
+        fontsize=10, color=INK, transform=axes.transAxes,
+    )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -29,7 +30,7 @@ class Assignment:
         self._held: dict[str, tuple[str, float]] = {}
 
     def next_for(self, person: str, records: list[dict[str, Any]]) -> Configuration | None:
-        """Return what a person describes next: the one described least so far.
+        """Return what a person describes next: one described least so far, by lot among equals.
 
         Parameters
         ----------
@@ -63,13 +64,18 @@ class Assignment:
         if not left:
             return None
         kept = [one for one in left if held is not None and held[0] == one.id]
-        chosen = kept[0] if kept else min(left, key=lambda one: counts[one.id])
+        chosen = kept[0] if kept else min(left, key=lambda one: (counts[one.id], _lot(person, one)))
         self._held[person] = (chosen.id, now + _HELD_S)
         return chosen
 
     def release(self, person: str) -> None:
         """Forget what a person holds, who has answered or skipped it."""
         self._held.pop(person, None)
+
+
+def _lot(person: str, one: Configuration) -> bytes:
+    """Return what puts equals in another order for each person, the same on every run."""
+    return hashlib.sha256(f"{person}/{one.id}".encode()).digest()
 
 
 def speakers_of(records: list[dict[str, Any]]) -> Mapping[str, set[str]]:

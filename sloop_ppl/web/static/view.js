@@ -391,6 +391,7 @@ export class CityView {
   key(event) {
     const moves = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (this.tool === "arrow") return; // its page has keys of its own
     if (moves[event.key]) {
       const step = event.shiftKey ? 5 : 1, [dr, dc] = moves[event.key];
       const at = this.cursor ?? Math.floor(this.rows / 2) * this.columns + Math.floor(this.columns / 2);

@@ -345,6 +345,7 @@ async function search(sayings = {}, from = 0) {
         player.begin(event.places, event.pose, before, state.target);
         view.setArea(state.area);
         if (!from) player.play();
+        if (by("map-a").getBoundingClientRect().bottom > innerHeight) by("maps").scrollIntoView({ block: "start" });
         episode = { places: event.places, pose: event.pose, steps };
       } else if (event.kind === "step") {
         steps.push(event);
