@@ -60,7 +60,7 @@ def search_in_worker(posterior: Posterior, asked: SearchAsked, connection: Conne
             rng=rng,
             config=config,
             on_step=lambda step: send("step", step_payload(step, space)),
-            said=asked.utterances,
+            said=dict(asked.utterances),
         )
         send("end", episode_payload(episode, asked.seed))
     except SloopError as error:

@@ -101,7 +101,7 @@ class SearchAsked(Struct, frozen=True, forbid_unknown_fields=True):
     sims, steps, range_cells
         Simulations a step, steps at most, reach of the sensor.
     utterances
-        Steps taken -> what is said then.
+        Pairs of steps taken and what is said then.
     """
 
     state: State
@@ -113,6 +113,6 @@ class SearchAsked(Struct, frozen=True, forbid_unknown_fields=True):
     steps: Annotated[int, Meta(ge=1, le=_limits.MOST_STEPS, description="a number")] = 200
     range_cells: Annotated[float, Meta(ge=1, le=30, description="cells, 1 to 30")] = 3.0
     utterances: Annotated[
-        dict[Annotated[int, Meta(ge=0, le=_limits.MOST_STEPS)], Words],
-        Meta(max_length=20, description="an object of texts"),
-    ] = {}
+        tuple[tuple[Annotated[int, Meta(ge=0, le=_limits.MOST_STEPS)], Words], ...],
+        Meta(max_length=20, description="a list of steps with texts"),
+    ] = ()

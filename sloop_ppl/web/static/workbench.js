@@ -63,16 +63,19 @@ async function update() {
   endSearch();
   busy.abort();
   const mine = (busy = new AbortController());
+  working(true);
   await trying(async () => {
     const found = await ask("/api/belief", asked(), mine.signal);
     show(found);
-    document.body.dataset.shown = state.text;
     compared = null;
     if (state.compare && found.belief) compared = await ask("/api/belief", asked({ model: state.compare }), mine.signal);
     showMaps();
     await later(mine.signal);
   });
+  if (busy === mine) working(false);
 }
+
+const working = (on) => by("maps").setAttribute("aria-busy", String(on));
 
 /** What takes longer than the belief: frames, why, questions. */
 async function later(signal) {
@@ -314,10 +317,18 @@ function endSearch() {
   player = null;
   episode = null;
   by("player").hidden = by("say-box").hidden = true;
+  delete by("player").dataset.ended;
   by("stop").hidden = true;
   by("search-state").textContent = "";
   by("episode").disabled = true;
   view?.setDrone([], null, []);
+}
+
+/** The outcome is told once it is shown, not as soon as it is known. */
+function searched(at) {
+  view.setFrames([]);
+  const last = player?.ended && at === player.steps.length - 1;
+  by("search-state").textContent = !last ? `Step ${at}` : player.ended.found ? `Found after ${at} steps` : `Not found in ${at} steps`;
 }
 
 async function search(sayings = {}, from = 0) {
@@ -334,14 +345,14 @@ async function search(sayings = {}, from = 0) {
   await trying(async () => {
     const response = await post("/api/search", {
       state: asked(), planner: state.planner, places: known, start: state.start, seed: state.seed,
-      steps: state.steps, range_cells: state.range, utterances: sayings,
+      steps: state.steps, range_cells: state.range, utterances: Object.entries(sayings).map(([step, text]) => [Number(step), text]),
     }, mine.signal);
     const steps = [];
     for await (const event of events(response)) {
       if (event.kind === "error") throw new Error(event.error);
       if (event.kind === "start") {
         by("player").hidden = by("say-box").hidden = false;
-        player = new Player(by("player"), view, { announce, shown: () => view.setFrames([]) });
+        player = new Player(by("player"), view, { announce, shown: searched });
         player.begin(event.places, event.pose, before, state.target);
         view.setArea(state.area);
         if (!from) player.play();
@@ -350,14 +361,12 @@ async function search(sayings = {}, from = 0) {
       } else if (event.kind === "step") {
         steps.push(event);
         player.add(event);
-        by("search-state").textContent = `${steps.length} steps`;
         if (from && steps.length === from) { player.show(from); player.play(); }
       } else if (event.kind === "end") {
         Object.assign(episode, { found: event.found, episode: event.episode });
         player.end(episode);
         by("episode").disabled = false;
-        by("search-state").textContent = event.found ? `Found after ${steps.length} steps` : `Not found in ${steps.length} steps`;
-        announce(by("search-state").textContent);
+        by("player").dataset.ended = steps.length;
       }
     }
   });
@@ -469,6 +478,7 @@ function wire() {
     typed = Date.now();
     state = { ...state, text, off: [], answers: [] };
     showReading(null);
+    working(true);
     clearTimeout(typing);
     typing = setTimeout(update, 25);
   });
