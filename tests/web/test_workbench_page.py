@@ -305,7 +305,8 @@ def test_an_area_is_drawn_and_places_are_set(open_page):
 def test_a_link_reloads_the_same(open_page, browser, server):
     state = {"map": "austin", "text": "The red bike is near Norwood Tower, or north of Facebook",
              "model": "sloop-m4", "off": [1], "layer": "change", "area": [-90, -90, 90, 90],
-             "evidence": [{"target": "RedBike", "at": [0, 50], "radius_m": 15, "is_there": True}]}  # fmt: skip
+             "evidence": [{"target": "RedBike", "at": [0, 50], "radius_m": 15,
+                           "is_there": True}]}  # fmt: skip
     page = open_page(address(**state))
     settle(page)
     assert page.input_value("#text") == state["text"]

@@ -7,6 +7,7 @@ import json
 import socket
 import threading
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_spans_are_those_of_the_reader(server):
     assert {("figure", "green toyota"), ("relation", "behind"), ("ground", "velvet dog"),
             ("figure", "red bike"), ("relation", "near")} <= marks  # fmt: skip
     spans = [m["span"] for m in answer["reading"]["spans"]]
-    assert all(a[1] <= b[0] for a, b in zip(spans, spans[1:], strict=False))
+    assert all(a[1] <= b[0] for a, b in pairwise(spans))
 
 
 def test_what_is_not_understood_is_said(server):
