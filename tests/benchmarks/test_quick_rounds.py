@@ -16,6 +16,7 @@ SLOW = {
     "bench_search.py",
     "bench_start.py",
     "bench_sweep.py",
+    "bench_web.py",
 }  # they start processes, and may have to compile
 FIGURES = {
     "bench_frames.py": ("one of cleveland", "the first of cleveland", "10 of 5 bundled maps"),
@@ -95,6 +96,11 @@ FIGURES = {
         "| pouct:10 |",
         "| fast:10:published |",
         "| fast:10 |",
+    ),
+    "bench_web.py": (
+        "typed to drawn",
+        "2 users at once",
+        "memory of the server's processes",
     ),
 }
 """What a benchmark prints a figure behind; one that is not listed need only print some figure."""

@@ -109,7 +109,8 @@ def test_a_description_is_collected_and_corrected(open_page, collecting, picture
     names = [n.inner_text() for n in page.locator("#objects b").all()]
     study = {c.id: c for c in collecting.settings.study.configurations}
     placed = page.locator("svg.map .object").evaluate_all(
-        """nodes => nodes.map(n => { const m = n.getScreenCTM(), r = n.ownerSVGElement.getScreenCTM();
+        """nodes => nodes.map(n => {
+            const m = n.getScreenCTM(), r = n.ownerSVGElement.getScreenCTM();
             const p = new DOMPoint(m.e, m.f).matrixTransform(r.inverse());
             return [n.dataset.object, p.x, -p.y]; })"""
     )

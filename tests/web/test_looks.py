@@ -94,7 +94,8 @@ def test_the_focus_is_seen(open_page):
                 const n = document.activeElement, next = n.nextElementSibling;
                 const styled = n.type === "radio" ? next : n.type === "file" ? n.parentElement : n;
                 const style = getComputedStyle(styled);
-                return [n.outerHTML.slice(0, 60), style.outlineStyle, parseFloat(style.outlineWidth)];
+                const width = parseFloat(style.outlineWidth);
+                return [n.outerHTML.slice(0, 60), style.outlineStyle, width];
             }"""
         )
         assert shown[1] != "none", shown

@@ -258,7 +258,8 @@ export class CityView {
       node.style.opacity = 0.35 + 0.65 * one.p;
       const tip = [length * Math.cos(spread), length * Math.sin(spread)];
       if (spread) node.append(svg("path", { class: "spread", d: `M0 0L${tip[0]} ${-tip[1]}A${length} ${length} 0 0 1 ${tip[0]} ${tip[1]}Z` }));
-      node.append(svg("path", { class: "arrow", d: `M0 0H${length}m${-8 * px} ${-5 * px}l${8 * px} ${5 * px}l${-8 * px} ${5 * px}` }));
+      const d = `M0 0H${length}m${-8 * px} ${-5 * px}l${8 * px} ${5 * px}l${-8 * px} ${5 * px}`;
+      node.append(svg("path", { class: "arrow halo", d }), svg("path", { class: "arrow", d }));
       const title = svg("title");
       title.textContent = `${one.label ?? one.ground} faces this way (${one.relation}): ${percent(one.p)}`;
       node.append(title);

@@ -283,7 +283,7 @@ function readout(cell) {
 
 function showEvidence() {
   const drop = (text, changes) => html("li", {}, html("span", {}, text), html("button", { type: "button", "aria-label": `Remove: ${text}`, onclick: () => change(changes) }, "Remove"));
-  const place = ([x, y]) => `${Math.round(x)} m east, ${Math.round(y)} m north`;
+  const place = ([x, y]) => `${Math.abs(Math.round(x))} m ${x < 0 ? "west" : "east"}, ${Math.abs(Math.round(y))} m ${y < 0 ? "south" : "north"} of the middle`;
   const items = [
     ...state.evidence.map((e, i) => drop(`${e.target} ${e.is_there ? "seen" : "is not"} at ${place(e.at)}`, { evidence: state.evidence.filter((_, j) => j !== i) })),
     ...(state.area ? [drop("Search area", { area: null })] : []),
@@ -376,6 +376,7 @@ async function search(sayings = {}, from = 0) {
 // Map
 
 async function showMap() {
+  working(true);
   scene = await get(`/api/map/${encodeURIComponent(state.map)}`);
   by("map-a").replaceChildren(by("caption-a"));
   by("map-b").replaceChildren(by("caption-b"));
