@@ -19,6 +19,7 @@
 #                      --index-url option that PyTorch's own page on installing names for them
 #   MUTANTS_OPTIONS    options for make mutants, such as "--seed 1 --minutes 30" or "--again"
 #   WEB_OPTIONS        options for make web, such as "--open --map my_city.geojson"
+#   PICTURES           folder into which make test-web puts the pictures of docs/workbench.md
 #   PYTEST_OPTIONS     options for pytest; it uses all processors unless told otherwise
 
 PYTHON ?= python3.11
@@ -28,6 +29,7 @@ TORCH_PIP_OPTIONS ?=
 MUTANTS_OPTIONS ?=
 WEB_OPTIONS ?=
 AXE ?= axe-core@4.14.1
+PICTURES ?=
 PYTEST_OPTIONS ?= -n auto --dist loadgroup
 
 BIN := $(abspath $(VENV))/bin
@@ -57,7 +59,7 @@ test-web: $(STAMP)
 	  (apt-get update && apt-get install -y --no-install-recommends chromium) || true
 	test -e out/axe/node_modules/axe-core || \
 	  npm install --silent --prefix out/axe --no-save --ignore-scripts $(AXE) || true
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web
+	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web $(if $(PICTURES),--pictures $(PICTURES))
 
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
-    from sloop_ppl.web.application import WebSettings, application
+    from sloop_ppl.web.application import WebSettings
     from sloop_ppl.web.notebook import widget
     from sloop_ppl.web.page_file import write_page
     from sloop_ppl.web.server import serve
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Study",
     "WebSettings",
-    "application",
     "export_answers",
     "prepare_study",
     "serve",

@@ -193,7 +193,7 @@ class _CollectPages:
         records = self._journal.records()
         speakers = speakers_of(records)
         return {
-            "file": str(self._journal.path),
+            "file": self._journal.shown,
             "people": self._study.people,
             "configurations": [
                 {"id": one.id, "map": one.map, "people": len(speakers.get(one.id, ()))}

@@ -101,7 +101,7 @@ class _FramePages:
                     "end": record.get("end_m"),
                 }
         return {
-            "file": str(self._journal.path),
+            "file": self._journal.shown,
             "own_queue": self._items is not None,
             "maps": self._shelf.names(),
             "map": key,

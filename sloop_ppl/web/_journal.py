@@ -30,6 +30,11 @@ class Journal:
         self.path = path
         self._lock = threading.Lock()
 
+    @property
+    def shown(self) -> str:
+        """What the file is called on a page: its name and folder, not the way there."""
+        return f"{self.path.parent.name}/{self.path.name}"
+
     def append(self, record: Mapping[str, Any]) -> None:
         """Add a line; it is on the disk when this returns.
 

@@ -12,7 +12,7 @@ from sloop_ppl.web._stylesheet import static_text, style_sheet
 __all__ = ["SloopWidget"]
 
 
-class SloopWidget(anywidget.AnyWidget):  # type: ignore[misc]
+class SloopWidget(anywidget.AnyWidget):
     """A map with a belief or a search.
 
     Parameters
@@ -25,7 +25,7 @@ class SloopWidget(anywidget.AnyWidget):  # type: ignore[misc]
     _css = style_sheet()
     payload = traitlets.Dict().tag(sync=True)
     picked = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
-    area = traitlets.List(allow_none=True, default_value=None).tag(sync=True)
+    area: Any = traitlets.List(allow_none=True, default_value=None).tag(sync=True)
     answer = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
 
     def __init__(self, payload: dict[str, Any]) -> None:

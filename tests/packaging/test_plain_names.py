@@ -11,8 +11,9 @@ VAGUE = frozenset(("told", "said", "heard", "telling", "tells", "hear", "hears",
 ALLOWED = {
     # `sloop.search(..., said={step: text})` is a name that the contracts fix.
     ("sloop_ppl/bridge/searching.py", "said"),
-    # Its caller hands that argument on.
+    # Its callers hand that argument on.
     ("sloop_ppl/bridge/_search_request.py", "said"),
+    ("sloop_ppl/web/_search_worker.py", "said"),
 }
 
 
