@@ -7,7 +7,7 @@ from typing import Any
 import anywidget
 import traitlets
 
-from sloop_ppl.web._stylesheet import static_text, style_sheet
+from sloop_ppl.web._stylesheet import static_text, view_sheet
 
 __all__ = ["SloopWidget"]
 
@@ -22,7 +22,7 @@ class SloopWidget(anywidget.AnyWidget):
     """
 
     _esm = static_text("view.js")
-    _css = style_sheet()
+    _css = view_sheet()
     payload = traitlets.Dict().tag(sync=True)
     picked = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
     area: Any = traitlets.List(allow_none=True, default_value=None).tag(sync=True)

@@ -20,7 +20,7 @@ from sloop_ppl.plots._palette import (
     difference_colours,
 )
 
-__all__ = ["colour_tables", "static_text", "style_sheet"]
+__all__ = ["colour_tables", "static_text", "style_sheet", "view_sheet"]
 
 
 @cache
@@ -30,16 +30,22 @@ def static_text(name: str) -> str:
 
 
 @cache
-def style_sheet() -> str:
-    """Return the style sheet of every page: the palette's variables, then the rules."""
+def view_sheet() -> str:
+    """Return the style sheet of the map and its controls: the palette's variables, then rules."""
     light, dark = _variables(MUTED), _variables(DARK)
     accents = "".join(f"--accent-{name}:{colour};" for name, colour in ACCENTS.items())
     targets = "".join(f"--target-{i}:{colour};" for i, colour in enumerate(TARGET_COLOURS))
     return (
-        f":root{{{light}{accents}{targets}}}\n"
-        f"@media (prefers-color-scheme: dark){{:root:not([data-theme=light]){{{dark}}}}}\n"
-        f":root[data-theme=dark]{{{dark}}}\n"
-    ) + static_text("style.css")
+        f".sloop{{{light}{accents}{targets}}}\n"
+        f"@media (prefers-color-scheme: dark){{:root:not([data-theme=light]) .sloop{{{dark}}}}}\n"
+        f":root[data-theme=dark] .sloop{{{dark}}}\n"
+    ) + static_text("view.css")
+
+
+@cache
+def style_sheet() -> str:
+    """Return the style sheet of every page: that of the view, then the pages' own rules."""
+    return view_sheet() + static_text("style.css")
 
 
 @cache

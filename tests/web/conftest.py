@@ -50,7 +50,7 @@ def open_page(browser, server):
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(30_000)
+        page.set_default_timeout(120_000)  # other work may hold the processors
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", log)
         page.on("request", lambda r: faults.append(r.url) if is_foreign(r.url) else None)

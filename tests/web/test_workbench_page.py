@@ -433,3 +433,37 @@ def test_a_map_that_is_not_here_is_said(open_page):
     path = address(map="0123456789abcdef", text="the red bike is near ivy")
     page = open_page(path, expected=("404",))
     page.locator("#problem", has_text="This map is not here; drop its file").wait_for()
+
+
+class FakeQuestion:
+    """Is it north of the middle? As `sloop_ppl.bridge.ask` would ask, whatever it asks."""
+
+    text, bits = "Is it north of Ivy?", 0.8
+    answers = (("yes", 0.6), ("no", 0.4))
+
+    def answer(self, text):
+        word = "north of" if text == "yes" else "south of"
+        return sloop.parse(f"the red bike is {word} ivy", CLEVELAND)
+
+
+def test_questions_are_asked_where_the_package_can_ask(open_page, monkeypatch):
+    from sloop_ppl import bridge
+
+    monkeypatch.setattr(bridge, "__all__", sorted({*bridge.__all__, "ask"}))
+    monkeypatch.setattr(bridge, "ask", lambda posterior, city, n: (FakeQuestion(),), raising=False)
+    page = open_page(address(map="cleveland", text="the red bike is near ivy"))
+    settle(page)
+    page.locator("#questions-box summary").click()
+    page.get_by_role("button", name="no (40 %)").click()
+    page.locator("#questions", has_text="Is it north of Ivy? no").wait_for()
+    settle(page)
+    assert state_of(page)["answers"] == [["Is it north of Ivy?", "no"]]
+    said = sloop.infer("the red bike is near ivy", CLEVELAND)
+    belief = said.update(FakeQuestion().answer("no")).belief("RedBike")
+    shares = np.floor(255 * (belief / belief.max()).astype(np.float16) + 0.5).astype(int)
+    alpha = np.asarray(belief_colours()(np.linspace(0, 1, 256)))[shares][..., 3]
+    assert np.abs(drawn_belief(page)[..., 3] - 255 * alpha).max() <= 1.5
+    page.get_by_role("button", name="Take back").click()
+    page.locator("#questions", has_text="Take back").wait_for(state="detached")
+    settle(page)
+    assert "answers" not in state_of(page)

@@ -84,8 +84,12 @@ async function later(signal) {
   frames = await ask("/api/frames-of", asked(), signal);
   showFrames();
   if (by("why-box").open) await why(null, signal);
-  const { questions } = await ask("/api/questions", asked(), signal);
-  showQuestions(questions);
+  if (by("questions-box").open) await questions(signal);
+}
+
+/** Questions take longest of all: they are looked for only where they are shown. */
+async function questions(signal) {
+  if (shown.belief) showQuestions((await ask("/api/questions", asked(), signal)).questions);
 }
 
 function show(found) {
@@ -236,12 +240,11 @@ async function why(at = null, signal) {
   );
 }
 
-function showQuestions(questions) {
-  by("questions-box").hidden = !questions.length && !state.answers.length;
+function showQuestions(found) {
   by("questions").replaceChildren(
     ...state.answers.map(([question, reply], i) => html("p", { class: "small" }, `${question} ${reply} `,
       html("button", { type: "button", onclick: () => change({ answers: state.answers.slice(0, i) }) }, "Take back"))),
-    ...questions.map((q) => html("div", { class: "question" }, html("p", {}, q.text, html("span", { class: "small" }, ` ${q.bits.toFixed(2)} bits`)),
+    ...found.map((q) => html("div", { class: "question" }, html("p", {}, q.text, html("span", { class: "small" }, ` ${q.bits.toFixed(2)} bits`)),
       html("p", { class: "row wrap" }, ...q.answers.map((a) => html("button", { type: "button",
         onclick: () => change({ answers: [...state.answers, [q.text, a.text]] }) }, `${a.text} (${percent(a.p)})`))))),
   );
@@ -536,6 +539,8 @@ function wire() {
     const earlier = Object.fromEntries(Object.entries(state.sayings).filter(([step]) => Number(step) < at));
     search({ ...earlier, [at]: words }, at);
   });
+  by("questions-box").hidden = !start.asks;
+  by("questions-box").addEventListener("toggle", () => { if (by("questions-box").open) trying(() => questions()); });
   by("why-box").addEventListener("toggle", () => { if (by("why-box").open) trying(() => why()); });
   by("link").addEventListener("click", async () => {
     await navigator.clipboard.writeText(location.href).catch(() => {});
