@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from sloop_ppl.bridge.relation_text import phrase_in_words
+from sloop_ppl.bridge.relation_text import relation_in_words
 from sloop_ppl.eval._line_format import EntryLine
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.language import RELATIONS, Description, TargetObject, parse
@@ -145,7 +145,7 @@ class _CollectPages:
         placed = {relation.figure for relation in read.relations}
         return {
             "phrases": [
-                f"{_spoken_name(r.figure)} {phrase_in_words(r, city)}" for r in read.relations
+                f"{_spoken_name(r.figure)} {relation_in_words(r, city)}" for r in read.relations
             ],
             "missing": [_spoken_name(name) for name in one.targets if name not in placed],
         }

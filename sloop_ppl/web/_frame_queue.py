@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from sloop_ppl.bridge.relation_text import phrase_in_words
+from sloop_ppl.bridge.relation_text import relation_in_words
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import AnnotatedDescription, read_descriptions
 from sloop_ppl.language import RELATIONS, SpatialRelation, parse
@@ -49,7 +49,7 @@ def items_of_map(city: CityMap, source: str) -> list[FrameItem]:
         FrameItem(
             f"{city.name}/{landmark.id}/{word}",
             source,
-            phrase_in_words(SpatialRelation("Me", word, (landmark.id,)), city),
+            relation_in_words(SpatialRelation("Me", word, (landmark.id,)), city),
             landmark.id,
             word,
         )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.bridge.relation_text import ground_label, phrase_in_words, reading_in_words
+from sloop_ppl.bridge.relation_text import ground_label, reading_in_words, relation_in_words
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import NOT_ON_MAP, Description, SpatialRelation
 from sloop_ppl.maps import CityMap
@@ -86,7 +86,7 @@ def why_payload(
     phrases = []
     for one in posterior.influence(target):
         entry: dict[str, Any] = {
-            "text": phrase_in_words(one.relation, posterior.city),
+            "text": relation_in_words(one.relation, posterior.city),
             "bits": one.bits,
         }
         if cell is not None:
@@ -201,7 +201,7 @@ def _phrase(
         "negated": relation.negated,
         "either": None if relation.either is None else list(relation.either),
         "confidence": relation.confidence,
-        "text": phrase_in_words(relation, city),
+        "text": relation_in_words(relation, city),
         "candidates": [
             [
                 {"label": ground_label(city, c.ground or NOT_ON_MAP), "p": c.probability}
