@@ -14,6 +14,7 @@ from sloop_ppl.language import (
     RELATIONS,
     SPEAKER,
     WHOLE_MAP,
+    Candidate,
     Distance,
     SpatialRelation,
 )
@@ -246,10 +247,26 @@ def gold_relations(entries: Sequence[GoldEntry]) -> tuple[SpatialRelation, ...]:
                 entry.negated,
                 distance=entry.distance,
                 either=either,
+                candidates=(_candidates(entry),),
             )
         elif entry.ground not in known.grounds:
-            merged[key] = replace(known, grounds=(*known.grounds, entry.ground))
-    return tuple(relation for key, relation in merged.items() if key not in nowhere)
+            merged[key] = replace(
+                known,
+                grounds=(*known.grounds, entry.ground),
+                candidates=(*known.candidates, _candidates(entry)),
+            )
+    return tuple(_certain(one) for key, one in merged.items() if key not in nowhere)
+
+
+def _candidates(entry: GoldEntry) -> tuple[Candidate, ...]:
+    """Return the places that an entry accepts, each as likely: no annotator could tell them apart."""
+    places = dict.fromkeys((entry.ground, *entry.also))
+    return tuple(Candidate(place, 1 / len(places)) for place in places)
+
+
+def _certain(relation: SpatialRelation) -> SpatialRelation:
+    """Return a relation without candidates where each ground is one place for certain."""
+    return replace(relation, candidates=()) if relation.is_certain else relation
 
 
 def _branch(branches: dict[str, dict[object, int]], figure: str, key: object) -> tuple[int, int]:

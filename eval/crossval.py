@@ -23,8 +23,17 @@ def examples_of(
     examples = []
     for annotated in (one for one in descriptions if one.has_gold):
         city = find_map(annotated.map)
-        cells = {target: place.cell for target, place in annotated.targets.items()}
-        examples.append(Example(annotated.description(city), city, cells, annotated.speaker))
+        places, area = annotated.places(city.grid), annotated.search_area(city.grid)
+        cells = {target: place.cell for target, place in places.items()}
+        examples.append(
+            Example(
+                annotated.description(city),
+                city,
+                cells,
+                annotated.speaker,
+                None if area is None else area.cells,
+            )
+        )
     return examples
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 
 from sloop_ppl.errors import DescriptionError, UnknownName
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
+from sloop_ppl.language.street_parts import StreetPart
 
 __all__ = [
     "HEARER",
@@ -181,6 +182,8 @@ class SpatialRelation:
     either
         Group and branch of an alternative: of "at A or behind B, near C" the first is (0, 0), the
         others are (0, 1). Within a branch all holds, of a group one branch.
+    part
+        Which part of its ground is meant, such as the north side of a street; None for all of it.
 
     Raises
     ------
@@ -209,6 +212,7 @@ class SpatialRelation:
     mentions: tuple[int, ...] = ()
     distance: Distance | None = None
     either: tuple[int, int] | None = None
+    part: StreetPart | None = None
 
     def __post_init__(self) -> None:
         if self.relation not in RELATIONS:
