@@ -259,7 +259,7 @@ def gold_relations(entries: Sequence[GoldEntry]) -> tuple[SpatialRelation, ...]:
 
 
 def _candidates(entry: GoldEntry) -> tuple[Candidate, ...]:
-    """Return the places that an entry accepts, each as likely: no annotator could tell them apart."""
+    """Return the places that an entry accepts, each as likely: annotators took either."""
     places = dict.fromkeys((entry.ground, *entry.also))
     return tuple(Candidate(place, 1 / len(places)) for place in places)
 

@@ -24,6 +24,7 @@ __all__ = ["FreeParameters"]
 
 _MODEL = (
     share_parameter("lapse", 0.1, "probability that a phrase is wrong"),
+    share_parameter("own_lapse", 0.1, "probability that a phrase of one's own place is wrong"),
     share_parameter("temper", 0.5, "how far a component of several phrases is tempered"),
 )
 _FRAMES = (
@@ -70,8 +71,12 @@ class FreeParameters:
         self.model = model
         self.is_generative = not why_not_generative(model)
         declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
+        # Words are scored without tempering, and by one lapse.
+        left_out = ("temper", "own_lapse") if self.is_generative else ()
         declared |= {
-            p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.is_generative
+            p.name: ("model", p)
+            for p in _MODEL
+            if p.name not in left_out and getattr(model, p.name) is not None
         }
         prior: Any = model.frame_prior
         if is_dataclass(prior):

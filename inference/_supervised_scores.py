@@ -248,7 +248,7 @@ class WordScore:
                 own[i] = z[i] + offset[ground.speaker]
             there = free.at(own) if deviations else model
             log_word = log_words(ground.options, there, ground.words, ground.denied)
-            log_phrase = with_lapse(log_word, model, model.log_uninformative(1))
+            log_phrase = with_lapse(log_word, model.lapse, model.log_uninformative(1))
             literal = literal.index_add(0, ground.target, log_phrase)
         uninformative = self._phrases * model.log_uninformative(1)
         each = [

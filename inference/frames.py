@@ -281,7 +281,8 @@ class FramePosterior:
         phi = np.exp(np.broadcast_to(log_phi, self.shape)).reshape(-1, self.n_cells)
         used = self.used.reshape(-1, self.n_cells)
         weight = np.divide(used, phi, out=np.zeros_like(used), where=phi > 0)
-        level = data.model.lapse * math.exp(data.log_uninformative)
+        lapse = data.model.lapse_of(self.tables.relation)
+        level = lapse * math.exp(data.log_uninformative)
         moved = np.maximum(used - level * weight, 0.0)
         by_cell = moved.sum(0)
         order = np.argsort(-by_cell)
@@ -290,7 +291,7 @@ class FramePosterior:
         cells = np.sort(order[: int((left > least).sum()) + 1])
         fixed = self.unused.sum() + used.sum() - moved[:, cells].sum()
         total = np.full(len(angles_rad), float(fixed))
-        held = torch.from_numpy((1 - data.model.lapse) * weight[:, cells])
+        held = torch.from_numpy((1 - lapse) * weight[:, cells])
         step = max(1, _MOST_NUMBERS // held.numel())
         for start in range(0, len(angles_rad), step):
             part = slice(start, start + step)

@@ -28,6 +28,7 @@ UNFITTED_BAYES = ObservationModel(
     likelihood=LIKELIHOODS["student-vonmises"],
     frame_prior=PredictedSpread(FRAME_PREDICTORS["ego-ctx"]),
     lapse=0.1,
+    own_lapse=0.1,
     temper=0.5,
     joint_grounds=True,
     heed_distance=True,
@@ -121,7 +122,7 @@ def unfitted(model: ObservationModel) -> ObservationModel:
     return replace(model, **changed)
 
 
-_MODEL = ("lapse", "temper")
+_MODEL = ("lapse", "own_lapse", "temper")
 _FRAMES = ("kappa", "absolute")
 
 

@@ -21,12 +21,14 @@ from sloop_ppl.language import (
     HEARER,
     NOT_ON_MAP,
     RELATIONS,
+    SPEAKER,
     WHOLE_MAP,
     Distance,
     Relation,
     SpatialRelation,
+    StreetPart,
 )
-from sloop_ppl.maps import CityMap, LandmarkFields
+from sloop_ppl.maps import CityMap, LandmarkFields, street_tables
 from sloop_ppl.models._choices import Choice, Phrasing
 from sloop_ppl.models._reference_regions import (
     ReferenceRegion,
@@ -125,6 +127,7 @@ class GroundedRelation:
     is_silent: bool = False
     distance_bounds: Distance | None = None
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    part: StreetPart | None = None
 
     @property
     def n_cells(self) -> int:
@@ -148,9 +151,36 @@ class GroundedRelation:
 
     @cached_property
     def record(self) -> Relation:
-        """What the word means of this ground; left of the map is its west."""
+        """What the word means of this ground; left of the map is its west.
+
+        A compass word with a part means to be there: "on the north side of Forbes".
+        """
         record = RELATIONS[self.relation]
-        return RELATIONS[record.of_map] if record.of_map and self.is_map else record
+        if record.of_map and self.is_map:
+            return RELATIONS[record.of_map]
+        return RELATIONS["at"] if record.is_compass and self.has_part else record
+
+    @property
+    def has_part(self) -> bool:
+        """Tell whether a part of a street is meant that the map has."""
+        region = self._region_of_part
+        return region is not None and region.is_part
+
+    @cached_property
+    def _region_of_part(self) -> ReferenceRegion | None:
+        if self.part is None or not self.joint or self.is_map or self.is_point:
+            return None
+        record = RELATIONS[self.relation]
+        if record.needs_frame:  # front and behind are sides of a ground, not of its parts
+            return None
+        return reference_region_of(
+            self.relation, record, self.grounds, self.city, self.joint, self.part
+        )
+
+    @property
+    def is_own_place(self) -> bool:
+        """Tell whether a speaker locates themselves by it: "I am at the bank"."""
+        return self.figure == SPEAKER
 
     @property
     def relation_class(self) -> str:
@@ -169,6 +199,8 @@ class GroundedRelation:
         """What the relation measures from; None when that is simply its ground."""
         if self.is_point:
             return None
+        if self.has_part:
+            return self._region_of_part
         placed = {ground: self.points[ground] for ground in self.grounds if ground in self.points}
         city = with_points(self.city, placed)
         return reference_region_of(self.relation, self.record, self.grounds, city, self.joint)
@@ -218,6 +250,18 @@ class GroundedRelation:
         if self.stated_distance_m is None:
             return self.distance_m
         return (self.distance_m - self.stated_distance_m).abs()
+
+    @cached_property
+    def off_street_m(self) -> Tensor:
+        """Metres to the carriageway of a street, 0 on it; `off_m` of anything else, shape (S,).
+
+        Of a said distance, and of what the map's network of streets has not, it is `off_m`, too.
+        """
+        measured = self.is_line and self.reference_region is None and self.joint
+        if not measured or self.has_bounds or self.stated_distance_m is not None:
+            return self.off_m
+        table = street_tables(self.city, self.ground).carriageway_m
+        return self._at_cells(table) if np.isfinite(table).all() else self.off_m
 
     @property
     def has_bounds(self) -> bool:
@@ -372,6 +416,8 @@ class GroundedRelation:
             tuple(sorted(self.latents.items())),
             self.denied,
             self.is_silent,
+            self.part,
+            self.is_own_place,
         )
 
     @cached_property
@@ -461,7 +507,12 @@ class GroundedRelation:
     def as_relation(self, word: str) -> GroundedRelation:
         """Return the same grounds in another relation, asserted."""
         return replace(
-            self, relation=word, negated=False, stated_distance_m=None, distance_bounds=None
+            self,
+            relation=word,
+            negated=False,
+            stated_distance_m=None,
+            distance_bounds=None,
+            part=None,
         )
 
 
@@ -544,6 +595,7 @@ def ground_phrasing(
                 denied=tuple(p.denied for p in together) if any(denied) else (),
                 is_silent=phrasing.is_silent,
                 distance_bounds=relation.distance,
+                part=relation.part,
             )
         )
     return tuple(terms)
