@@ -41,6 +41,7 @@ def score_quality(
     fits: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
     metrics: Sequence[str] = (),
+    annotations: str | Path | Sequence[str | Path] | None = None,
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
 
@@ -66,6 +67,8 @@ def score_quality(
         Called with a line at a time on how it goes.
     metrics
         ``FILE.py:NAME`` of metrics beside the registered ones.
+    annotations
+        Files of gold for lines that have none; see :func:`read_descriptions`.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def score_quality(
     if cv not in (None, "city"):
         raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
-    descriptions = read_descriptions(files, find)
+    descriptions = read_descriptions(files, find, annotations)
     fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
     if progress and not cv:  # else they are fitted below
         for note in filter(None, map(fitting_note, chosen.values())):

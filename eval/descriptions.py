@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
@@ -152,6 +152,9 @@ class AnnotatedDescription:
         their ids.
     source
         Name of the file it was read from, without its ending; empty for one made otherwise.
+    city
+        Name of the city that is left out with it in cross-validation: that of the map, or of the
+        file where each line of several has a map of its own, all cut from one city.
     """
 
     id: str
@@ -170,8 +173,11 @@ class AnnotatedDescription:
     phenomena: tuple[str, ...] = ()
     declared: tuple[TargetObject, ...] = ()
     source: str = field(default="", compare=False)
+    city: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
+        if not self.city:
+            object.__setattr__(self, "city", self.map)
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -222,7 +228,7 @@ class AnnotatedDescription:
 def read_descriptions(
     paths: str | Path | Iterable[str | Path],
     find_map: FindMap | None = None,
-    annotations: str | Path | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
 ) -> tuple[AnnotatedDescription, ...]:
     """Read one or several description files.
 
@@ -233,8 +239,8 @@ def read_descriptions(
     find_map
         Gives the map of a line by the name in its field ``map``; bundled names and paths when None.
     annotations
-        A ``.jsonl`` file of ``id`` and ``relations``: the gold of the lines with these ids, in
-        place of any they have.
+        A ``.jsonl`` file of ``id`` and ``relations``, or several: the gold of the lines with these
+        ids, in place of any they have.
 
     Returns
     -------
@@ -268,7 +274,7 @@ def read_descriptions(
 def read_sound_descriptions(
     paths: str | Path | Iterable[str | Path],
     find_map: FindMap | None = None,
-    annotations: str | Path | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
 ) -> tuple[tuple[AnnotatedDescription, ...], tuple[str, ...]]:
     """Return the lines of description files that follow the format, and the faults of the others.
 
@@ -291,7 +297,9 @@ def read_sound_descriptions(
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)
     faults: list[str] = []
-    notes = {} if annotations is None else _annotations(annotations, faults)
+    notes: dict[str, dict[str, Any]] = {}
+    for file in () if annotations is None else annotation_files(annotations):
+        _read_annotations(file, notes, faults)
     names = _source_names(sources)
     descriptions: dict[str, AnnotatedDescription] = {}
     for source in sources:
@@ -310,9 +318,23 @@ def read_sound_descriptions(
             faults.append(f"{source} holds no description; expected one JSON object a line")
     if notes and not faults and not notes.keys() & descriptions.keys():
         faults.append(
-            f"{annotations} holds the ids of none of these lines, but such as '{next(iter(notes))}'"
+            f"{', '.join(map(str, annotation_files(annotations or [])))} holds the ids of none of "
+            f"these lines, but such as '{next(iter(notes))}'"
         )
-    return tuple(descriptions.values()), tuple(faults)
+    return _with_cities(descriptions.values()), tuple(faults)
+
+
+def _with_cities(descriptions: Iterable[AnnotatedDescription]) -> tuple[AnnotatedDescription, ...]:
+    """Return lines that know their cities: a file's where each of its lines has its own map."""
+    by_source: dict[str, list[AnnotatedDescription]] = {}
+    for annotated in descriptions:
+        by_source.setdefault(annotated.source, []).append(annotated)
+    found = {}
+    for source, lines in by_source.items():
+        own_maps = len(lines) > 1 and len({one.map for one in lines}) == len(lines)
+        for one in lines:
+            found[one.id] = replace(one, city=source) if own_maps else one
+    return tuple(found[one.id] for one in descriptions)
 
 
 def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:
@@ -335,9 +357,18 @@ def _check_new(description_id: str, known: Container[str]) -> None:
         raise Fault("id", f"repeats '{description_id}'; expected one line for each id")
 
 
-def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, Any]]:
-    """Return id -> the fields that a file of annotations gives a line; add its faults."""
-    found: dict[str, dict[str, Any]] = {}
+def annotation_files(
+    annotations: str | Path | Sequence[str | Path],
+) -> tuple[str | Path, ...]:
+    """Return the files of annotations that are given as one path or as several."""
+    return (annotations,) if isinstance(annotations, str | Path) else tuple(annotations)
+
+
+def _read_annotations(
+    source: str | Path, found: dict[str, dict[str, Any]], faults: list[str]
+) -> None:
+    """Add id -> the fields that a file of annotations gives a line, and its faults."""
+    before = len(found), len(faults)
     for number, line in _lines(source):
         try:
             data = _parse(line)
@@ -346,9 +377,8 @@ def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, A
             found[known.id] = {"relations": data["relations"]}
         except Fault as fault:
             faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
-    if not found and not faults:
+    if before == (len(found), len(faults)):
         faults.append(f"{source} holds no annotation; expected one JSON object a line")
-    return found
 
 
 def _lines(source: str | Path) -> Iterator[tuple[int, str]]:

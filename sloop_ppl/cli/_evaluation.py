@@ -41,6 +41,14 @@ Fits = Annotated[
     ),
 ]
 
+Annotations = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="Gold of lines that have none, .jsonl of id and relations; may be repeated.",
+        show_default=False,
+    ),
+]
+
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
 
@@ -105,6 +113,7 @@ def describe(
 def quality(
     files: Files,
     maps: Maps = None,
+    annotations: Annotations = None,
     gold: Gold = True,
     models: Models = None,
     params: Params = None,
@@ -138,6 +147,7 @@ def quality(
         fits=fits,
         progress=progress,
         metrics=tuple(metric or ()),
+        annotations=annotations,
     )
     if figure:
         draw_quality(found, figure)
@@ -292,16 +302,21 @@ def fit(
         ),
     ] = None,
     maps: Maps = None,
+    annotations: Annotations = None,
     json: Json = False,
 ) -> None:
     """Fit models with each map left out, choose inside the folds, and fit the best to all.
+
+    Where each line of a file has a map of its own, the file's maps are left out together.
 
     Ctrl-C keeps the finished fits; the same command goes on from there.
     """
     from sloop_ppl.eval._fit_files import fit_files, fit_tables
     from sloop_ppl.eval._table_lines import table_lines
 
-    selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
+    selection, fitted = fit_files(
+        files, out=out, models=models, maps=maps, annotations=annotations, progress=progress
+    )
     if json:
         print_json(fitted.to_json())
     else:
