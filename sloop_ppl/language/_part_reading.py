@@ -23,6 +23,9 @@ Slot = tuple[int, str, int]
 _TOUCHING = 2
 """Words between a part and the street after it, of "mid-block on A"."""
 
+_RECENT = 4
+"""Streets of a sentence before a part that it may be of."""
+
 _MOST = 32
 """Relations to one mention of a place that are looked at, so that time stays linear."""
 
@@ -116,10 +119,16 @@ class _Assignment:
             for word in range(*holder.one.phrase.cue):
                 self.by_cue.setdefault(word, []).append(holder)
         self.figures_at = [m.first for m in text.figures]
-        held = [m for m in text.names if m.first in text.ways and m.first in self.at_word]
-        self.streets = sorted(held, key=lambda m: m.first)
+        self.lying = {  # first word of a street -> relations that it alone is the ground of
+            first: alone
+            for first, holders in self.at_word.items()
+            if first in text.ways
+            and (alone := [h for h in holders if len(h.grounds) == 1 and not h.is_directed])
+        }
+        names = sorted(text.names, key=lambda m: m.first)
+        self.streets = [m for m in names if m.first in self.lying]
         self.streets_at = [m.first for m in self.streets]
-        self.names_at = sorted(m.first for m in text.names)
+        self.names_at = [m.first for m in names if not self._is_bound(m.first)]
         for mention in self._in_turn():
             self._place(mention)
         self._crossings()
@@ -162,6 +171,8 @@ class _Assignment:
         if mention.places:
             self._give(mention, self._at(mention))
             return
+        if any(self._is_bound(h.grounds[0].first) for h in covering):
+            covering = []  # "on C between A and B, on the north side": of C, though B was last
         ways = [h for h in covering if h.is_way]
         if mention.denied:  # "not near the corner" denies the corner, and not its street
             for holder in ways:
@@ -169,9 +180,15 @@ class _Assignment:
         elif (ways and self._give(mention, ways)) or (covering and mention.moves != "any"):
             return
         for street in self._streets_for(mention):
-            lying = [h for h in self.at_word[street.first] if not h.is_directed]
-            if self._give(mention, lying):
+            if self._give(mention, self.lying[street.first]):
                 return
+
+    def _is_bound(self, first: int) -> bool:
+        """Whether a name is one of those that something is said to be between."""
+        return any(
+            RELATIONS[h.slot[1]].grounds == "several" and len(h.grounds) > 1
+            for h in self.at_word.get(first, ())
+        )
 
     def _at(self, mention: PartMention) -> list[_Holder]:
         """Return the relations to the places next to a part that its sentence says."""
@@ -204,17 +221,17 @@ class _Assignment:
         begin = stops[sentence - 1] if sentence else 0
         end = stops[sentence] if sentence < len(stops) else len(self.text.norms)
         at = bisect_left(self.streets_at, mention.first)
-        before = self.streets[at - 1] if at and self.streets_at[at - 1] >= begin else None
+        since = max(bisect_left(self.streets_at, begin), at - _RECENT)
+        before = max(self.streets[since:at], key=lambda m: (self._is_on(m), m.first), default=None)
         after = self.streets[at] if at < len(self.streets) and self.streets_at[at] < end else None
         if mention.moves == "back":
             after = None
             last = bisect_left(self.names_at, mention.first)
-            if before is not None and self.names_at[last - 1] != before.first:
+            if before is not None and self.names_at[last - 1 : last] != [before.first]:
                 return
-        if after is not None and after.first - mention.last <= _TOUCHING:
-            contact = RELATIONS[self.at_word[after.first][0].slot[1]].relation_class == "contact"
-            if contact or before is None:
-                yield after
+        touching = after is not None and after.first - mention.last <= _TOUCHING
+        if after is not None and touching and (before is None or self._is_on(after)):
+            yield after
         for street in (before, after):
             if street is not None and not self._figure_between(street, mention):
                 yield street
@@ -225,13 +242,19 @@ class _Assignment:
             if earlier.first >= first and self._same_objects(earlier, begin, end):
                 yield earlier
 
+    def _is_on(self, street: LandmarkMention) -> bool:
+        """Whether something is said to be on a street, rather than near it."""
+        return any(
+            RELATIONS[h.slot[1]].relation_class == "contact" for h in self.lying[street.first]
+        )
+
     def _figure_between(self, street: LandmarkMention, mention: PartMention) -> bool:
         first, last = sorted((street.first, mention.first))
         return bisect_left(self.figures_at, first) < bisect_left(self.figures_at, last)
 
     def _same_objects(self, street: LandmarkMention, begin: int, end: int) -> bool:
         """Whether a sentence names no object but those at a street of the sentence before."""
-        located = {f for h in self.at_word[street.first] for f in h.one.figures}
+        located = {f for h in self.lying[street.first] for f in h.one.figures}
         first, last = bisect_left(self.figures_at, begin), bisect_left(self.figures_at, end)
         return all(located & set(m.candidates) for m in self.text.figures[first:last])
 
