@@ -17,6 +17,7 @@ __all__ = [
     "HearerLine",
     "Line",
     "ObjectLine",
+    "PartLine",
     "PlaceLine",
     "checked",
 ]
@@ -58,6 +59,14 @@ class ObjectLine(Struct, frozen=True):
     kind: Text | None = None
 
 
+class PartLine(Struct, frozen=True):
+    """Which part of its ground a relation is about."""
+
+    kind: Text
+    bearing_deg: Number | None = None
+    number: int | None = None
+
+
 class EntryLine(Struct, frozen=True):
     """One figure in one relation to one ground."""
 
@@ -86,6 +95,7 @@ class EntryLine(Struct, frozen=True):
         float | tuple[float | None, float | None] | None,
         Meta(description="a number of metres, or the lower and the upper bound"),
     ] = None
+    part: PartLine | None = None
     ground_class: (
         Annotated[GroundClass, Meta(description="named, own_kind, hearer or other")] | None
     ) = msgspec.field(default=None, name="class")

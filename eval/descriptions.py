@@ -445,11 +445,13 @@ def _entries_as_meant(
     entries: tuple[GoldEntry, ...], viewpoint: Viewpoint
 ) -> tuple[GoldEntry, ...]:
     alone = tuple(
-        SpatialRelation(entry.figure, entry.relation, (entry.ground or NOT_ON_MAP,))
+        SpatialRelation(
+            entry.figure, entry.relation, (entry.ground or NOT_ON_MAP,), part=entry.part
+        )
         for entry in entries
     )
     return tuple(
-        replace(entry, relation=meant.relation)
+        replace(entry, relation=meant.relation, part=meant.part)
         for entry, meant in zip(entries, _as_meant(alone, viewpoint), strict=True)
     )
 

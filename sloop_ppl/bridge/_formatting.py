@@ -14,6 +14,7 @@ from sloop_ppl.bridge.relation_text import (
     reading_lines,
 )
 from sloop_ppl.language import HEARER, NOT_ON_MAP, Description, SpatialRelation
+from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
@@ -49,7 +50,10 @@ def relation_table(description: Description) -> Table:
         table.add_row(
             relation.figure,
             word,
-            " and ".join(_referents(relation, i) for i in range(len(relation.grounds))),
+            part_in_words(
+                relation.part,
+                " and ".join(_referents(relation, i) for i in range(len(relation.grounds))),
+            ),
             f"{relation.confidence:.2f}",
             _words(description, relation),
         )

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from sloop_ppl.language import HEARER, NOT_ON_MAP, RELATIONS, WHOLE_MAP, SpatialRelation
+from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
@@ -26,6 +27,8 @@ __all__ = [
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
+# Cosine of the greatest angle between a compass word and the bearing of "upper left" (45 degrees).
+_ALIKE = 0.7
 # Readings that are less probable, before and after, are not reported.
 _LEAST_READING = 0.01
 
@@ -136,7 +139,22 @@ def _in_words(relation: SpatialRelation, city: CityMap) -> str:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{words} " if (words := distance_in_words(relation)) else ""
-    return f"{denied}{far}{RELATIONS[relation.relation].phrase} {grounds}"
+    phrase = RELATIONS[relation.relation].phrase
+    if relation.part is None:
+        return f"{denied}{far}{phrase} {grounds}"
+    if _is_side_of(relation):
+        phrase = "on"
+    if relation.part.kind != "number":
+        phrase = f"{phrase} the"
+    return f"{denied}{far}{phrase} {part_in_words(relation.part, grounds)}"
+
+
+def _is_side_of(relation: SpatialRelation) -> bool:
+    """Whether the direction of a relation is that of its part: "north" of "the north side of"."""
+    record, part = RELATIONS[relation.relation], relation.part
+    if part is None or part.bearing_rad is None or part.kind == "number":
+        return False
+    return record.is_compass and math.cos((record.bearing_rad or 0.0) - part.bearing_rad) > _ALIKE
 
 
 def ground_label(city: CityMap, ground: str) -> str:

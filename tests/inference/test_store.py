@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Importance, Posterior, infer_description
 from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.language import StreetPart
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
 from sloop_ppl.models.cell_priors import cell_prior
@@ -88,6 +90,18 @@ def test_an_engine_is_read_with_its_options(tmp_path):
     assert (after.engine, after.method) == ("importance", drawn)
     one, other = (p.update(LATER, np.random.default_rng(1)) for p in (before, after))
     np.testing.assert_array_equal(one.belief(TARGET), other.belief(TARGET))
+
+
+def test_parts_of_streets_are_read_as_they_were(tmp_path):
+    parts = (StreetPart("side", math.pi / 2), StreetPart("number", number=12), None)
+    streets = ("JohnsonCourt", "West6thSt", "WestLakesideAvenue")
+    relations = [
+        replace(relation("on", street), part=part)
+        for street, part in zip(streets, parts, strict=True)
+    ]
+    infer_description(said(*relations), CITY, TUNED)[0].save(tmp_path / "p.nc")
+    (factor,) = Posterior.load(tmp_path / "p.nc").factors
+    assert tuple(r.part for r in factor.descriptions[0].relations) == parts
 
 
 def test_a_model_that_was_told_the_truth_is_read_too(tmp_path):
