@@ -28,7 +28,7 @@ from sloop_ppl.language import (
     SpatialRelation,
     StreetPart,
 )
-from sloop_ppl.maps import CityMap, LandmarkFields, street_tables
+from sloop_ppl.maps import CityMap, LandmarkFields, StreetTables, street_tables
 from sloop_ppl.models._choices import Choice, Phrasing
 from sloop_ppl.models._reference_regions import (
     ReferenceRegion,
@@ -257,11 +257,21 @@ class GroundedRelation:
 
         Of a said distance, and of what the map's network of streets has not, it is `off_m`, too.
         """
-        measured = self.is_line and self.reference_region is None and self.joint
-        if not measured or self.has_bounds or self.stated_distance_m is not None:
+        if self._street is None or self.has_bounds or self.stated_distance_m is not None:
             return self.off_m
-        table = street_tables(self.city, self.ground).carriageway_m
-        return self._at_cells(table) if np.isfinite(table).all() else self.off_m
+        return self._at_cells(self._street.carriageway_m)
+
+    @cached_property
+    def _street(self) -> StreetTables | None:
+        """How each cell lies to the street that is the ground; None where it has no axis.
+
+        The axis is that of the whole street, of all its landmarks. Models that ground each phrase
+        on one ground measure from its cells, as the published code does.
+        """
+        if not self.joint or not self.is_line or self.reference_region is not None:
+            return None
+        tables = street_tables(self.city, self.ground)
+        return tables if np.isfinite(tables.axis_m).all() else None
 
     @property
     def has_bounds(self) -> bool:
@@ -309,12 +319,17 @@ class GroundedRelation:
 
         A street has no middle that one is north of; a building has.
         """
+        if self._street is not None:
+            east, north = self._street.offset_m
+            return self._at_cells(np.arctan2(north, east))
         along = self.form == "line" and self.reference_region is None
         return self.nearest_bearing_rad if along else self.bearing_rad
 
     @cached_property
     def has_direction(self) -> Tensor:
         """False where `outward_rad` says nothing: on a line, at a centroid, shape (S,)."""
+        if self._street is not None:
+            return self._at_cells(self._street.carriageway_m > 0)
         if self.form == "line" and self.reference_region is None:
             return ~self.on_ground
         return ~self.at_centroid

@@ -132,7 +132,8 @@ class StudentVonMisesLikelihood:
         return log_student(term.off_street_m, width, self.tail)
 
     def _width_m(self, term: GroundedRelation) -> Any:
-        contact_m = self.contact_point_m if term.form == "point" else self.contact_m
+        is_point = term.form == "point" and not term.has_part
+        contact_m = self.contact_point_m if is_point else self.contact_m
         widths = {
             "contact": (contact_m, self.contact_street_m),
             "proximity": (self.near_m, self.near_street_m),
@@ -141,7 +142,7 @@ class StudentVonMisesLikelihood:
             "directed": (self.directed_m, self.directed_street_m),
         }
         other, street = widths[term.width]
-        if term.is_line:
+        if term.is_line and not term.has_part:
             return street
         stands_away = term.width in ("proximity", "directed", "across")
         return other * self.own_place if stands_away and term.is_own_place else other
