@@ -42,6 +42,7 @@ def score_quality(
     progress: Callable[[str], None] | None = None,
     metrics: Sequence[str] = (),
     annotations: str | Path | Sequence[str | Path] | None = None,
+    learn_from: Sequence[str | Path] = (),
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
 
@@ -69,6 +70,8 @@ def score_quality(
         ``FILE.py:NAME`` of metrics beside the registered ones.
     annotations
         Files of gold for lines that have none; see :func:`read_descriptions`.
+    learn_from
+        Further description files that `cv` learns from.
 
     Raises
     ------
@@ -84,7 +87,12 @@ def score_quality(
     if progress and not cv:  # else they are fitted below
         for note in filter(None, map(fitting_note, chosen.values())):
             progress(note)
-    refits = cross_validated(descriptions, fitted, find, kept=fits, progress=progress) if cv else {}
+    refits = {}
+    if cv:
+        others = read_descriptions(learn_from, find, annotations) if learn_from else ()
+        refits = cross_validated(
+            descriptions, fitted, find, learn_from=others, kept=fits, progress=progress
+        )
     quality = score_beliefs(
         descriptions,
         {**chosen, **refits},

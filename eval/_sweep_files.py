@@ -23,7 +23,11 @@ from sloop_ppl.eval._quality_files import PAPER_METHODS, models_named
 from sloop_ppl.eval._run_folder import RunFolder, writing
 from sloop_ppl.eval._sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
 from sloop_ppl.eval._trial_files import write_parquet
-from sloop_ppl.eval.descriptions import AnnotatedDescription, read_sound_descriptions
+from sloop_ppl.eval.descriptions import (
+    AnnotatedDescription,
+    read_descriptions,
+    read_sound_descriptions,
+)
 from sloop_ppl.eval.quality import read_annotated, to_score
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
@@ -49,7 +53,7 @@ class SweepRequest:
         True for the gold relations, False for what the parser reads.
     models
         Names, separated by commas; all registered ones when None.
-    params, cv, fits
+    params, cv, fits, annotations, learn_from
         As in :func:`sloop_ppl.eval._quality_files.score_quality`; the fits are kept in the folder
         of the run when no file is given.
     ranges
@@ -78,6 +82,8 @@ class SweepRequest:
     params: str | Path | None = None
     cv: str | None = None
     fits: str | Path | None = None
+    annotations: Sequence[str | Path] = ()
+    learn_from: Sequence[str | Path] = ()
     ranges: str = "3,4,5"
     starts: int = 1
     searching: Searching = Searching()  # noqa: RUF009 - frozen
@@ -143,7 +149,15 @@ def sweep_files(
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.json"
-                used.update(cross_validated(descriptions, fitted, find, kept=kept, progress=notify))
+                notes = list(request.annotations) or None
+                others = (
+                    read_descriptions(request.learn_from, find, notes) if request.learn_from else ()
+                )
+                used.update(
+                    cross_validated(
+                        descriptions, fitted, find, learn_from=others, kept=kept, progress=notify
+                    )
+                )
             run_sweep(
                 sweep,
                 folder,
@@ -169,7 +183,9 @@ def _with_targets(
     request: SweepRequest, find: Callable[[str], CityMap], notify: Callable[[str], None]
 ) -> tuple[AnnotatedDescription, ...]:
     """Return the descriptions that tell a place."""
-    descriptions, faults = read_sound_descriptions(request.files, find)
+    descriptions, faults = read_sound_descriptions(
+        request.files, find, list(request.annotations) or None
+    )
     if faults and not request.skip_bad:
         raise InputError(
             f"{'; '.join(faults)}. Correct these lines, or pass over them with --skip-bad"

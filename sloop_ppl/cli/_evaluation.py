@@ -49,6 +49,14 @@ Annotations = Annotated[
     ),
 ]
 
+LearnFrom = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="Further description files that --cv learns from; may be repeated.",
+        show_default=False,
+    ),
+]
+
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
 
@@ -119,6 +127,7 @@ def quality(
     params: Params = None,
     cv: Cv = None,
     fits: Fits = None,
+    learn_from: LearnFrom = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
     ] = None,
@@ -148,6 +157,7 @@ def quality(
         progress=progress,
         metrics=tuple(metric or ()),
         annotations=annotations,
+        learn_from=tuple(learn_from or ()),
     )
     if figure:
         draw_quality(found, figure)
@@ -184,6 +194,8 @@ def search(
     params: Params = None,
     cv: Cv = None,
     fits: Fits = None,
+    annotations: Annotations = None,
+    learn_from: LearnFrom = None,
     primary: Annotated[
         str | None,
         typer.Option(help="The two models compared first; else bayes,sloop-m4."),
@@ -209,8 +221,9 @@ def search(
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(
-                files, out, maps, gold, models, params, cv, fits, ranges, starts, searching,
-                primary, skip_bad, workers, backend, address,
+                files, out, maps, gold, models, params, cv, fits, tuple(annotations or ()),
+                tuple(learn_from or ()), ranges, starts, searching, primary, skip_bad, workers,
+                backend, address,
             ),
             notify=progress,
             progress=shown,
