@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 
 from rapidfuzz import fuzz
 
@@ -46,12 +47,12 @@ class PlaceNames:
         texts = "".join(description.text for description in given)
         self._latin = has_latin(texts)
         self._used: dict[str, str] = {}
-        for description in given:
-            for mention, landmark_id in _mentions(description):
-                if landmark_id in city and landmark_id not in self._used:
-                    name = _used_name(mention, city.landmark(landmark_id))
-                    if name is not None:
-                        self._used[landmark_id] = name
+        mentions = dict.fromkeys(pair for one in given for pair in _mentions(one))
+        for mention, landmark_id in mentions:
+            if landmark_id in city and landmark_id not in self._used:
+                name = _used_name(mention, city.landmark(landmark_id))
+                if name is not None:
+                    self._used[landmark_id] = name
 
     def of(self, landmark_id: str) -> str:
         """Return what a landmark is called."""
@@ -88,6 +89,7 @@ def _used_name(mention: str, landmark: Landmark) -> str | None:
     return next((name for name, key in keys.items() if set(words) <= set(key)), None)
 
 
-def _key(text: str) -> list[str]:
+@lru_cache(maxsize=4096)
+def _key(text: str) -> tuple[str, ...]:
     words = [canonical(word.low) for word in split_words(text[:200]) if word.kind != "mark"]
-    return words[1:] if words[:1] == ["the"] else words
+    return tuple(words[1:] if words[:1] == ["the"] else words)

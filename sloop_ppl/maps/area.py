@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from shapely.geometry import shape as shape_of
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps._given_point import are_degrees_of
 from sloop_ppl.maps._shapes import parts_of_dimension, project
@@ -215,12 +215,10 @@ def _polygon(geometry: BaseGeometry, what: str) -> BaseGeometry:
 
 
 def _from_file(path: Path, grid: Grid) -> BaseGeometry:
+    text = read_text(path, "Area", hint=f"; {_WANTED}")
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(f"Area '{path}' cannot be read ({reason}); {_WANTED}") from error
-    except (ValueError, RecursionError) as error:
+        data = parse_json(text, finite=False)  # whose numbers are checked as corners
+    except ForeignFault as error:
         raise InputError(f"Area '{path}' is not JSON ({error}); {_WANTED}") from error
     if not isinstance(data, Mapping):
         raise InputError(f"Area '{path}' holds a {type(data).__name__}; expected a GeoJSON object")

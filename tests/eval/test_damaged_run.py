@@ -9,6 +9,7 @@ import pytest
 from support.small_sweeps import request, table_of
 
 from sloop_ppl.errors import InputError, OutputError, SloopError
+from sloop_ppl.eval._report import _examples
 from sloop_ppl.eval._sweep_files import sweep_files
 from sloop_ppl.eval.results import read_results, reward_summary
 
@@ -80,6 +81,23 @@ def test_no_report_is_made_of_what_is_damaged(run, damage, message):
     damage(run)
     with pytest.raises(InputError, match=message):
         read_results(run)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("[1", "best.json"), ("{}", "best.json"), ('{"description": "x"}', "best.json")],
+)
+def test_a_damaged_example_is_named_in_one_line(run, text, message):
+    (run / "examples" / "best.json").write_text(text)
+    with pytest.raises(InputError, match=message):
+        _examples(read_results(run), None)
+
+
+def test_an_example_of_another_sweep_is_named(run):
+    path = run / "examples" / "best.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"description": "elsewhere"}))
+    with pytest.raises(InputError, match="is an episode of no target of this sweep; delete it"):
+        _examples(read_results(run), None)
 
 
 def test_trials_without_a_manifest_are_not_taken_for_this_sweep_s(run):

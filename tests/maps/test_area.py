@@ -124,7 +124,7 @@ def test_the_prior_is_normalised_in_the_area():
         ({"type": "Polygon", "coordinates": [[["a", 0], [1, 1], [2, 0]]]}, "no GeoJSON"),
         (
             "none.geojson",
-            f"Area 'none.geojson' cannot be read (No such file or directory); {WANTED}",
+            f"Area 'none.geojson' cannot be read: No such file or directory; {WANTED}",
         ),
     ],
 )

@@ -192,8 +192,7 @@ def signals(cases: range) -> dict[str, int]:
             stop = SIGNALS[number // 2 % len(SIGNALS)]
             fault = (stopped_sweep if number % 2 else stopped_search)(Path(name), stop, rng)
         outcomes["wrong" if fault else "as it should"] += 1
-        if fault:
-            print(f"case {number} ({stop.name}): {fault}")
+        print(f"case {number} ({stop.name}): {fault or 'as it should'}", flush=True)
     return dict(outcomes)
 
 
@@ -268,7 +267,7 @@ def stopped_sweep(folder: Path, stop: signal.Signals, rng: random.Random) -> str
         "--models", "uniform,keyword", "--starts", "4", "--sims", "1500", "--ranges", "3",
     ]  # fmt: skip
     process = started(*asked)
-    wanted, end = rng.randint(1, 8), time.monotonic() + 120
+    wanted, end = rng.randint(1, 8), time.monotonic() + 600
     while process.poll() is None and time.monotonic() < end:
         if sum(p.read_bytes().count(b"\n") for p in run.glob("parts/*.jsonl")) >= wanted:
             break
@@ -289,6 +288,8 @@ def stopped_sweep(folder: Path, stop: signal.Signals, rng: random.Random) -> str
 def main() -> None:
     """Measure what is asked for."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # What a shell starts in the background ignores Ctrl-C, and so would all that it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     kind, count, first = sys.argv[1], int(sys.argv[2]), int([*sys.argv, "0"][3])
     cases = range(first, first + count)
     begun = time.monotonic()
