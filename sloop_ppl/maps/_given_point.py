@@ -136,7 +136,7 @@ def read_point(text: str) -> GivenPoint | None:
     in_degrees = marked != text.strip()
     if in_degrees and not (abs(numbers[0]) <= 90 and abs(numbers[1]) <= 180):
         return None
-    return GivenPoint(*numbers, in_degrees)
+    return GivenPoint(numbers[0], numbers[1], in_degrees)
 
 
 def read_lat_lon(text: str) -> tuple[float, float] | None:
