@@ -277,7 +277,7 @@ def stopped_sweep(folder: Path, stop: signal.Signals, rng: random.Random) -> str
     if fault or len(kept) < wanted:
         return fault or f"{len(kept)} trials of {wanted} are there"
     again = started(*asked)
-    _, err = again.communicate(timeout=300)
+    _, err = again.communicate(timeout=1800)
     after = read_trials(run / "parts")
     done = {t.key: t.to_json() for t in after}
     if again.returncode or len(after) != 24:
