@@ -34,20 +34,21 @@ GroundClass = Literal["named", "own_kind", "hearer", "other"]
 
 
 class PlaceLine(Struct, frozen=True):
-    """Where a target is."""
+    """Where a target is: metres, degrees, or both."""
 
-    east_m: Number
-    north_m: Number
+    east_m: Number | None = None
+    north_m: Number | None = None
     lonlat: Pair | None = None
     col_from_west: Number | None = None
     row_from_north: Number | None = None
 
 
 class HearerLine(Struct, frozen=True):
-    """Where who listens is."""
+    """Where who listens is: metres, degrees, or both."""
 
-    east_m: Number
-    north_m: Number
+    east_m: Number | None = None
+    north_m: Number | None = None
+    lonlat: Pair | None = None
 
 
 class ObjectLine(Struct, frozen=True):

@@ -21,6 +21,7 @@ from sloop_ppl.eval._line_format import (
     AnnotationLine,
     Fault,
     FrameLine,
+    HearerLine,
     Line,
     ObjectLine,
     PlaceLine,
@@ -37,6 +38,7 @@ from sloop_ppl.language import (
     check_viewpoint,
 )
 from sloop_ppl.maps import CityMap, Grid, SearchArea, load_map, search_area
+from sloop_ppl.maps._given_point import are_degrees_of
 
 __all__ = [
     "AnnotatedDescription",
@@ -430,7 +432,7 @@ def _annotated(data: Mapping[str, Any], find: FindMap) -> AnnotatedDescription:
         phenomena=tuple(line.phenomena),
         declared=declared,
         area_m=_area(line, city.grid, targets),
-        hearer=None if line.hearer is None else (line.hearer.east_m, line.hearer.north_m),
+        hearer=None if line.hearer is None else _point(line.hearer, "hearer", city.grid),
     )
 
 
@@ -499,21 +501,50 @@ def _area(
     return west, south, east, north
 
 
-def _place(line: PlaceLine, path: str, grid: Grid) -> Place:
+def _point(line: PlaceLine | HearerLine, path: str, grid: Grid) -> tuple[float, float]:
+    """Return x and y, metres, of a place that is given in metres, in degrees or in both."""
     x, y = line.east_m, line.north_m
+    degrees = None if line.lonlat is None else _metres_of(line.lonlat, path, grid)
+    if degrees is not None and x is None and y is None:
+        return degrees
+    if x is None or y is None:
+        lacking = "east_m" if x is None else "north_m"
+        raise Fault(f"{path}.{lacking}", "is missing; expected a finite number, or 'lonlat' alone")
+    # Written so that a coordinate which does not project (nan, inf) is a fault.
+    if degrees and not max(abs(degrees[0] - x), abs(degrees[1] - y)) <= _LONLAT_SLACK_M:
+        raise Fault(
+            f"{path}.lonlat",
+            f"is ({degrees[0]:.1f}, {degrees[1]:.1f}) m on this map; expected the place "
+            f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
+        )
+    if degrees is None and are_degrees_of(grid, x, y):
+        raise Fault(
+            path,
+            f"has east_m {x:.10g} and north_m {y:.10g}, which are degrees of this map; expected "
+            "metres from its centre, or 'lonlat': [longitude, latitude]",
+        )
+    return x, y
+
+
+def _metres_of(lonlat: tuple[float, float], path: str, grid: Grid) -> tuple[float, float]:
+    lon, lat = lonlat
+    try:
+        x, y = grid.from_lonlat(lon, lat)
+    except SloopError as error:
+        raise Fault(f"{path}.lonlat", f"cannot be placed: {error}") from error
+    return float(x), float(y)
+
+
+def _place(line: PlaceLine, path: str, grid: Grid) -> Place:
+    x, y = _point(line, path, grid)
     try:
         cell = grid.cell_at(x, y)
     except SloopError as error:
-        raise Fault(path, f"is not on the map: {error}") from error
-    if line.lonlat is not None:
-        near_x, near_y = grid.from_lonlat(*line.lonlat)
-        # Written so that a coordinate which does not project (nan, inf) is a fault.
-        if not max(abs(near_x - x), abs(near_y - y)) <= _LONLAT_SLACK_M:
+        if line.lonlat is not None and grid.contains(*_metres_of(line.lonlat[::-1], path, grid)):
             raise Fault(
-                f"{path}.lonlat",
-                f"is ({float(near_x):.1f}, {float(near_y):.1f}) m on this map; expected the place "
-                f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
-            )
+                f"{path}.lonlat", f"is {list(line.lonlat)}; expected longitude, then latitude"
+            ) from error
+        raise Fault(path, f"is not on the map: {error}") from error
     counted = Grid(*grid.extent_m, cell_m=_COUNTED_CELL_M)
     row, col = counted.cell_at(x, y)
     for name, found, expected in (

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._run_records import TrialRecord
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning import SearchConfig
@@ -112,25 +114,22 @@ class Trial:
             When a member is missing or unusable.
         """
         try:
-            return cls(
-                key=TrialKey(
-                    str(record["description"]),
-                    str(record["target"]),
-                    str(record["model"]),
-                    float(record["range_cells"]),
-                    int(record["start"]),
-                ),
-                map=str(record["map"]),
-                configuration=str(record["configuration"]),
-                found=bool(record["found"]),
-                steps=int(record["steps"]),
-                discounted_reward=float(record["discounted_reward"]),
-                reward=float(record["reward"]),
-                start_m=(float(record["start_x_m"]), float(record["start_y_m"])),
-                seconds=float(record["seconds"]),
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"is no trial ({type(error).__name__}: {error})") from error
+            known = checked(record, TrialRecord)
+        except Fault as fault:
+            raise InputError(f"is no trial ({fault})") from fault
+        return cls(
+            key=TrialKey(
+                known.description, known.target, known.model, known.range_cells, known.start
+            ),
+            map=known.map,
+            configuration=known.configuration,
+            found=known.found,
+            steps=known.steps,
+            discounted_reward=known.discounted_reward,
+            reward=known.reward,
+            start_m=(known.start_x_m, known.start_y_m),
+            seconds=known.seconds,
+        )
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl._cell_axes import by_coordinate
 from sloop_ppl._foreign import parse_json
+from sloop_ppl._records import Text, checked
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
@@ -56,6 +57,23 @@ _DIGESTED = (
     *("belief", "log_prior", "log_sensed", "log_factor"),
     *("entry_target", "entry_description", "target", "component", "x", "y"),
 )
+
+
+_OPTIONAL_TEXTS = ("tables_digest", "area_wkt")
+_Places = tuple[tuple[float, float], ...]
+
+
+class _Attributes(msgspec.Struct, frozen=True):
+    """The texts of a file, most of them JSON."""
+
+    map_geojson: Text
+    model_parts: Text
+    descriptions: Text
+    truths: Text
+    engine: Text
+    engine_options: Text
+    tables_digest: Text | None = None
+    area_wkt: Text | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,23 +272,29 @@ def _check_sections(found: Any) -> None:
 
 
 def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
-    city = from_geojson(parse_json(data.attrs["map_geojson"]))
+    attributes = _attributes(data)
+    city = from_geojson(parse_json(attributes.map_geojson))
     data = by_coordinate(data, "its tables have other cells than its map", city.grid)
     data = data.transpose("target", "entry", "setting", "component", "y", "x")
-    model = model_from_parts(parse_json(data.attrs["model_parts"], finite=False))
+    model = model_from_parts(parse_json(attributes.model_parts, finite=False))
     targets = [str(t) for t in data["target"].values]
     names = tuple(str(name) for name in data["component"].values)
     if names != tuple(part.name for part in model.components):
         raise InputError(
             f"it holds {len(names)} components; its model has {len(model.components)}, or others"
         )
-    if has_digest and data.attrs["tables_digest"] != tables_digest(data):
+    if has_digest and attributes.tables_digest != tables_digest(data):
         raise InputError("its tables are not those that were saved; infer it again")
-    truths, written = parse_json(data.attrs["truths"]), parse_json(data.attrs["descriptions"])
-    _check_tables(data, len(written))
+    written = _bounded(parse_json(attributes.descriptions))
+    spoken = msgspec.convert(written, list[tuple[Description, ...]])
+    truths = msgspec.convert(parse_json(attributes.truths), list[_Places | None])
+    if len(truths) != len(spoken):
+        raise InputError(
+            f"it holds {len(truths)} lists of true places for {len(spoken)} utterances"
+        )
+    _check_tables(data, len(spoken))
     factors = []
-    for d, records in enumerate(written):
-        descriptions = tuple(map(_description, records))
+    for d, descriptions in enumerate(spoken):
         grounded = ground_description(descriptions, city, model, targets)
         to_targets = ground_target_relations(descriptions, city, model, targets)
         ground = program_data(grounded, city, model, truths=truths[d], to_targets=to_targets)
@@ -288,12 +312,22 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
     return StoredPosterior(
         city=city,
         model=model,
-        method=_engine(str(data.attrs["engine"]), parse_json(data.attrs["engine_options"])),
+        method=_engine(attributes.engine, parse_json(attributes.engine_options)),
         log_prior={t: _cells(data["log_prior"], t) for t in targets},
         factors=tuple(factors),
         log_sensed={t: _cells(data["log_sensed"], t) for t in targets},
-        area=_area(data.attrs.get("area_wkt"), city),
+        area=_area(attributes.area_wkt, city),
     )
+
+
+def _attributes(data: xarray.Dataset) -> _Attributes:
+    """Return the texts of a file, checked to be texts; a KeyError names one that is missing."""
+    required = [field.name for field in msgspec.structs.fields(_Attributes) if field.required]
+    found = {name: data.attrs[name] for name in required}
+    optional = {name: data.attrs[name] for name in _OPTIONAL_TEXTS if name in data.attrs}
+    # netCDF gives a number as one of numpy's.
+    plain = {name: getattr(v, "tolist", lambda v=v: v)() for name, v in (found | optional).items()}
+    return checked(plain, _Attributes)
 
 
 def _cells(table: xarray.DataArray, target: str) -> Table:
@@ -319,11 +353,11 @@ def _check_tables(data: xarray.Dataset, n_descriptions: int) -> None:
             raise InputError(f"its {name} names one that is not there; infer it again")
 
 
-def _area(wkt: Any, city: CityMap) -> SearchArea | None:
+def _area(wkt: str | None, city: CityMap) -> SearchArea | None:
     if wkt is None:
         return None
     try:
-        polygon = shapely.from_wkt(str(wkt))
+        polygon = shapely.from_wkt(wkt)
     except shapely.errors.ShapelyError as error:
         raise InputError(f"its area is no polygon: {error}") from error
     return search_area(polygon, city.grid)
@@ -364,8 +398,3 @@ def _bounded(value: Any) -> Any:
             known["high_m"] = math.inf
         return known
     return [_bounded(one) for one in value] if isinstance(value, list) else value
-
-
-def _description(data: dict[str, Any]) -> Description:
-    """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
-    return msgspec.convert(_bounded(data), Description)

@@ -9,7 +9,9 @@ from rich.table import Table
 
 from sloop_ppl.bridge.relation_text import (
     distance_in_words,
+    ground_label,
     meant_lines,
+    names_of,
     percent,
     reading_lines,
 )
@@ -19,6 +21,7 @@ from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
     from sloop_ppl.inference import FrameSummary, Posterior
+    from sloop_ppl.language._place_names import PlaceNames
     from sloop_ppl.planning import Episode, Step
 
 __all__ = [
@@ -83,9 +86,10 @@ def _referent(ground: str) -> str:
 
 def unresolved_lines(posterior: Posterior) -> list[str]:
     """Return a line for each name or cue that found no home."""
+    names = names_of(posterior)
     return [
         (
-            f"not understood: {_missed(missed.text, missed.candidates)}"
+            f"not understood: {_missed(missed.text, tuple(map(names.of, missed.candidates)))}"
             if missed.status == "unknown"
             else f"set aside ({missed.status}): “{missed.text}”"
         )
@@ -97,10 +101,10 @@ def unresolved_lines(posterior: Posterior) -> list[str]:
 def belief_lines(posterior: Posterior) -> list[str]:
     """Return a few lines in words: where each belief lies, how wide, and on what frame."""
     lines = []
+    names = names_of(posterior)
     for target in posterior.targets:
-        lines.append(
-            f"{target}: most probably {whereabouts(posterior.city, *posterior.mode(target))}"
-        )
+        place = whereabouts(posterior.city, *posterior.mode(target), names.of)
+        lines.append(f"{target}: most probably {place}")
         cells = int(posterior.hpd(target, 0.9).sum())
         area = cells * posterior.city.grid.cell_m**2
         lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
@@ -112,7 +116,7 @@ def belief_lines(posterior: Posterior) -> list[str]:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
             lines.append(f"  read as: {components_text}")
         lines += [f"  {line}" for line in meant_lines(posterior, target)]
-        lines += [_frame_line(frame) for frame in posterior.frames(target)]
+        lines += [_frame_line(frame, names) for frame in posterior.frames(target)]
     return [*lines, *reading_lines(posterior)]
 
 
@@ -208,10 +212,11 @@ def _target_report(posterior: Posterior, target: str) -> dict[str, Any]:
     }
 
 
-def _frame_line(frame: FrameSummary) -> str:
+def _frame_line(frame: FrameSummary, names: PlaceNames) -> str:
     spread = "exactly" if frame.kappa is None else f"kappa {frame.kappa:.1f}"
+    label = ground_label(names, frame.ground)
     return (
-        f"  '{frame.relation}' takes {frame.ground} to face {_degrees(frame.mean_rad):.0f}° "
+        f"  '{frame.relation}' takes {label} to face {_degrees(frame.mean_rad):.0f}° "
         f"from east ({spread}), p {frame.p:.2f}"
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,18 @@ from sloop_ppl.bridge._replay import draw_episode
 from sloop_ppl.bridge._requests import posterior_of, saved_posterior
 from sloop_ppl.bridge._timed_utterances import read_utterances
 from sloop_ppl.bridge._trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge._typed import read_hearer, read_places, read_settings, read_start
+from sloop_ppl.bridge._typed import (
+    point_questions,
+    read_hearer,
+    read_places,
+    read_settings,
+    read_start,
+)
 from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
 from sloop_ppl.bridge.searching import search
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
+from sloop_ppl.maps._given_point import GivenPoint
 from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
 from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
@@ -99,13 +106,16 @@ def run_request(
     SearchInterrupted
         On Ctrl-C, once what was done until then has been written.
     """
-    places, start = read_places(request.places), read_start(request.start)
+    given, start = read_places(request.places), read_start(request.start)
     utterances = read_utterances(request.utterances)
     planner = planner_of(request.planner)
     config = _config(request)
     _check_outputs(request)
-    posterior = _posterior(request, places)
-    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+    posterior = _posterior(request, given)
+    grid = posterior.city.grid
+    places = {name: point.on(grid) for name, point in given.items()}
+    questions = point_questions(grid, request.places, request.start, request.hearer)
+    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
             notify(line)
     if on_posterior is not None:
@@ -130,7 +140,7 @@ def run_request(
             sensor=request.sensor,
             sims=request.sims,
             sensor_range_cells=request.sensor_range_cells,
-            start=start,
+            start=None if start is None else (*start[0].on(grid), *start[1]),
             rng=np.random.default_rng(request.seed),
             config=config,
             on_step=on_step,
@@ -156,7 +166,7 @@ def run_request(
     return SearchResult(posterior, episode, report, (outcome_line(episode),))
 
 
-def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -> Posterior:
+def _posterior(request: SearchRequest, places: Mapping[str, GivenPoint]) -> Posterior:
     # A stream of its own: the search is the same with an engine that draws and one that does not.
     rng = child(np.random.default_rng(request.seed), "infer")
     if request.posterior is not None:

@@ -68,7 +68,7 @@ def infer(
 
     from sloop_ppl.bridge._formatting import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge._requests import posterior_of
-    from sloop_ppl.bridge._typed import read_hearer
+    from sloop_ppl.bridge._typed import point_questions, read_hearer
     from sloop_ppl.models import fitting_note
 
     posterior = posterior_of(
@@ -76,7 +76,8 @@ def infer(
         params=params, prior=prior, viewpoint=viewpoint, hearer=read_hearer(hearer),
         rng=np.random.default_rng(seed), area=area,
     )  # fmt: skip
-    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+    questions = point_questions(posterior.city.grid, hearer=hearer)
+    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
             progress(line)
     if out:

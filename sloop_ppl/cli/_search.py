@@ -50,10 +50,16 @@ def search(
     ] = None,
     place: Annotated[
         list[str] | None,
-        typer.Option(help="Where a target truly is, OBJECT=x,y in metres; else it is imagined."),
+        typer.Option(
+            help="Where a target truly is, OBJECT=x,y in metres or OBJECT=@lat,lon in degrees; "
+            "else it is imagined."
+        ),
     ] = None,
     start: Annotated[
-        str | None, typer.Option(help="Where the search starts, x,y[,heading]; else drawn.")
+        str | None,
+        typer.Option(
+            help="Where the search starts, x,y[,heading] or @lat,lon[,heading]; else drawn."
+        ),
     ] = None,
     targets: Targets = None,
     model: Model = "bayes",
