@@ -90,6 +90,24 @@ def _around(crossing: Crossing, half_width_m: float, bearing_rad: float | None) 
     return shapely.intersection(disc, wedge)
 
 
+def _block_corner(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:
+    """Return the corners that a bearing means of the blocks along a street.
+
+    The north-east corner of a block lies south-west of a crossing.
+    """
+    network = street_network(city)
+    at = network.position(grounds[0])
+    found = []
+    for block in network.blocks:
+        if at is None or at not in block.streets or part.bearing_rad is None:
+            continue
+        crossing = network.corner_of(block, part.bearing_rad)
+        if crossing is not None and at in crossing.streets:
+            half = max(network.streets[i].width_m for i in crossing.streets) / 2
+            found.append(shapely.intersection(_around(crossing, half, None), block.polygon))
+    return _union(found)
+
+
 def _mid_block(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:  # noqa: ARG001
     network = street_network(city)
     return _union(
@@ -134,6 +152,7 @@ def _union(shapes: Iterable[BaseGeometry]) -> BaseGeometry | None:
 _REGIONS: dict[str, Callable[[CityMap, Grounds, StreetPart], BaseGeometry | None]] = {
     "side": _side,
     "corner": _corner,
+    "block-corner": _block_corner,
     "mid-block": _mid_block,
     "end": _end,
     "number": _number,

@@ -53,6 +53,10 @@ __all__ = [
 ]
 
 
+_ALIKE = math.cos(math.radians(50.0))
+"""Cosine of the angle up to which a compass word and the side it is said of are one direction."""
+
+
 @dataclass(frozen=True, eq=False)
 class GroundedRelation:
     """One relation to its ground or grounds, with their fields flattened over cells.
@@ -153,12 +157,19 @@ class GroundedRelation:
     def record(self) -> Relation:
         """What the word means of this ground; left of the map is its west.
 
-        A compass word with a part means to be there: "on the north side of Forbes".
+        A compass word that says which part it is means to be there: "on the north side of Forbes".
         """
         record = RELATIONS[self.relation]
         if record.of_map and self.is_map:
             return RELATIONS[record.of_map]
-        return RELATIONS["at"] if record.is_compass and self.has_part else record
+        return RELATIONS["at"] if self._names_its_part(record) else record
+
+    def _names_its_part(self, record: Relation) -> bool:
+        """Tell "on the north side of" from "north of the end of", which is north of a place."""
+        part = self.part
+        if part is None or part.bearing_rad is None or record.bearing_rad is None:
+            return False
+        return self.has_part and math.cos(record.bearing_rad - part.bearing_rad) > _ALIKE
 
     @property
     def has_part(self) -> bool:

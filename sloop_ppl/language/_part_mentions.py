@@ -10,7 +10,7 @@ from typing import Final, Literal, TypeAlias
 from sloop_ppl.language.lexicon import lexicon
 from sloop_ppl.language.linking import LandmarkMention
 from sloop_ppl.language.relations import RELATIONS
-from sloop_ppl.language.street_parts import StreetPart
+from sloop_ppl.language.street_parts import StreetPart, StreetPartKind
 
 __all__ = ["PartMention", "find_parts"]
 
@@ -271,7 +271,8 @@ class _Finder:
             return None
         kind, where, after = self._of(at + 1)
         if kind == "block":
-            return self._made(StreetPart("corner", bearing), first, after, moves="any")
+            of_block: StreetPartKind = "corner" if bearing is None else "block-corner"
+            return self._made(StreetPart(of_block, bearing), first, after, moves="any")
         joined = self._joined(at + 1)
         denied = self._denied(lead)
         if denied is not None and not joined and kind in ("", "way"):

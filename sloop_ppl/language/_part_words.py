@@ -26,9 +26,11 @@ def part_in_words(part: StreetPart | None, ground: str) -> str:
         return ground
     if part.kind == "number":
         return f"{part.number} {ground}"
-    noun = {"mid-block": "middle of the block"}.get(part.kind, part.kind)
+    noun = {"mid-block": "middle of the block", "block-corner": "corner of the block"}.get(
+        part.kind, part.kind
+    )
     which = _PARITY.get(part.number or 0, "")
     if part.bearing_rad is not None:
         which = COMPASS_POINTS[round(part.bearing_rad / (math.pi / 4)) % 8]
-    joint = "on" if part.kind == "mid-block" else "of"
+    joint = "on" if part.kind in ("mid-block", "block-corner") else "of"
     return f"{f'{which} ' if which else ''}{noun} {joint} {ground}"

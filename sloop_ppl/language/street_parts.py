@@ -10,7 +10,9 @@ from sloop_ppl.errors import DescriptionError
 
 __all__ = ["StreetPart", "StreetPartKind"]
 
-StreetPartKind: TypeAlias = Literal["side", "corner", "mid-block", "end", "number", "block"]
+StreetPartKind: TypeAlias = Literal[
+    "side", "corner", "block-corner", "mid-block", "end", "number", "block"
+]
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,8 @@ class StreetPart:
     ----------
     kind
         ``"side"`` of a street; ``"corner"``, where the street meets another, or all streets of the
-        relation meet; ``"mid-block"``, away from corners; ``"end"`` of a street; house
+        relation meet; ``"block-corner"``, a corner of a block along the street, as its bearing
+        says; ``"mid-block"``, away from corners; ``"end"`` of a street; house
         ``"number"`` on a street; ``"block"``, the block of the ground, whatever it is.
     bearing_rad
         Which side, corner or end is meant: its direction, radians anticlockwise from east; None

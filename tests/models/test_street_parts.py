@@ -68,6 +68,22 @@ def test_corners_of_one_street_and_of_two():
     assert part_region(town, ("NorthSt", "SouthSt"), StreetPart("corner")) is None
 
 
+def test_the_corner_of_a_block_lies_across_from_that_of_a_crossing():
+    """The north-east corner of the block in the middle is south-west of its crossing."""
+    region = part_region(two_by_two(), ("NorthSt",), StreetPart("block-corner", math.pi / 4))
+    middle = shapely.intersection(region, shapely.box(-39, -39, 40, 40))
+    assert middle.bounds == pytest.approx((21, 21, 40, 40), abs=0.1)
+
+
+def test_a_compass_word_of_a_part_keeps_its_direction():
+    """South-west of the end of a street is not at its end."""
+    town = city(street("Main St", (-60, 0), (105, 0)))
+    end = StreetPart("end", WEST)
+    beyond = term(town, "south", "MainSt", part=end)
+    assert (beyond.width, beyond.compass_rad) == ("directed", -math.pi / 2)
+    assert term(town, "west", "MainSt", part=end).width == "contact"
+
+
 def test_the_middle_of_a_block_is_its_middle_half():
     region = part_region(two_by_two(), ("NorthSt",), StreetPart("mid-block"))
     assert region.bounds == pytest.approx((-20, 21, 20, 59), abs=0.1)
@@ -96,7 +112,7 @@ def test_the_block_of_a_house():
     "part",
     [
         *(StreetPart(kind) for kind in ("side", "corner", "mid-block", "end", "block")),
-        *(StreetPart(kind, SOUTHWEST) for kind in ("side", "corner", "end")),
+        *(StreetPart(kind, SOUTHWEST) for kind in ("side", "corner", "block-corner", "end")),
         StreetPart("number", number=1200),
     ],
 )
