@@ -25,8 +25,7 @@ from sloop_ppl.eval._sweep import SearchedDescription, Sweep, SweepProgress, run
 from sloop_ppl.eval._trial_files import write_parquet
 from sloop_ppl.eval.descriptions import (
     AnnotatedDescription,
-    read_descriptions,
-    read_sound_descriptions,
+    read_to_score,
 )
 from sloop_ppl.eval.quality import read_annotated, to_score
 from sloop_ppl.eval.trials import Searching
@@ -128,7 +127,7 @@ def sweep_files(
             notify(note)
     ranges = _ranges(request.ranges)
     find = map_finder(request.maps)
-    descriptions = _with_targets(request, find, notify)
+    descriptions, others = _with_targets(request, find, notify)
     for name in dict.fromkeys(annotated.map for annotated in descriptions):
         for range_cells in ranges:
             SearchSpace(find(name).grid.shape, ("T",), request.searching.config(range_cells))
@@ -149,10 +148,6 @@ def sweep_files(
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.json"
-                notes = list(request.annotations) or None
-                others = (
-                    read_descriptions(request.learn_from, find, notes) if request.learn_from else ()
-                )
                 used.update(
                     cross_validated(
                         descriptions, fitted, find, learn_from=others, kept=kept, progress=notify
@@ -181,10 +176,10 @@ def _relations(request: SweepRequest) -> Any:
 
 def _with_targets(
     request: SweepRequest, find: Callable[[str], CityMap], notify: Callable[[str], None]
-) -> tuple[AnnotatedDescription, ...]:
-    """Return the descriptions that tell a place."""
-    descriptions, faults = read_sound_descriptions(
-        request.files, find, list(request.annotations) or None
+) -> tuple[tuple[AnnotatedDescription, ...], tuple[AnnotatedDescription, ...]]:
+    """Return the descriptions that tell a place, and what is learnt from beside them."""
+    descriptions, others, faults = read_to_score(
+        request.files, request.learn_from, find, list(request.annotations) or None
     )
     if faults and not request.skip_bad:
         raise InputError(
@@ -192,7 +187,7 @@ def _with_targets(
         )
     for fault in faults:
         notify(f"passed over {fault}")
-    return tuple(to_score(descriptions, _relations(request), notify))
+    return tuple(to_score(descriptions, _relations(request), notify)), others
 
 
 def _ranges(given: str) -> tuple[float, ...]:

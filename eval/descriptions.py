@@ -47,6 +47,7 @@ __all__ = [
     "bundled_examples",
     "read_descriptions",
     "read_sound_descriptions",
+    "read_to_score",
 ]
 
 FindMap = Callable[[str], CityMap]
@@ -324,6 +325,35 @@ def read_sound_descriptions(
             f"these lines, but such as '{next(iter(notes))}'"
         )
     return _with_cities(descriptions.values()), tuple(faults)
+
+
+def read_to_score(
+    files: Sequence[str | Path],
+    learn_from: Sequence[str | Path],
+    find_map: FindMap | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
+) -> tuple[tuple[AnnotatedDescription, ...], tuple[AnnotatedDescription, ...], tuple[str, ...]]:
+    """Return the lines of some files, those of files to learn from, and the faults of all.
+
+    Parameters
+    ----------
+    files
+        What is scored.
+    learn_from
+        What a fit may learn from beside it; files that are scored too count once.
+    find_map, annotations
+        As in `read_descriptions`; annotations may be of lines of either.
+    """
+    scored = {Path(file).resolve() for file in files}
+    others = [file for file in learn_from if Path(file).resolve() not in scored]
+    names = _source_names([*files, *others])
+    found, faults = read_sound_descriptions([*files, *others], find_map, annotations)
+    own = {names[file] for file in files}
+    return (
+        tuple(one for one in found if one.source in own),
+        tuple(one for one in found if one.source not in own),
+        faults,
+    )
 
 
 def _with_cities(descriptions: Iterable[AnnotatedDescription]) -> tuple[AnnotatedDescription, ...]:

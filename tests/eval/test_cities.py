@@ -11,6 +11,7 @@ from sloop_ppl.errors import UnknownName
 from sloop_ppl.eval import bundled_examples, read_descriptions
 from sloop_ppl.eval._inventory import map_finder
 from sloop_ppl.eval.crossval import examples_of, refits
+from sloop_ppl.eval.descriptions import read_to_score
 from sloop_ppl.inference import infer_description
 from sloop_ppl.inference.learning import log_scores
 from sloop_ppl.maps import load_map, write_map
@@ -104,3 +105,14 @@ def test_several_files_of_annotations(cut, tmp_path):
     read = {one.id: one for one in read_descriptions(files, map_finder(maps), notes)}
     assert read["here0"].relations[0].ground == read["there1"].relations[0].ground == "VelvetDog"
     assert read["here1"].relations[0].ground == "Ivy"
+
+
+def test_what_is_learnt_from_beside_is_not_scored(cut, tmp_path):
+    files, maps = cut
+    notes = tmp_path / "notes.jsonl"
+    relation = {"figure": "Me", "relation": "at", "ground": "VelvetDog"}
+    notes.write_text(json.dumps({"id": "there1", "relations": [relation]}))
+    scored, others, faults = read_to_score(files[:1], files, map_finder(maps), notes)
+    assert [one.id for one in scored] == ["here0", "here1", "here2"]
+    assert [one.relations[0].ground for one in others] == ["Ivy", "VelvetDog", "Ivy"]
+    assert not faults
