@@ -85,9 +85,16 @@ def _referent(ground: str) -> str:
 
 
 def unresolved_lines(posterior: Posterior) -> list[str]:
-    """Return a line for each name or cue that found no home."""
+    """Return a line for each name or cue that found no home, and each part that no map has."""
     names = names_of(posterior)
-    return [
+    idle = [
+        f"not on this map: {part_in_words(term.part, ground_label(names, term.ground))}; read as "
+        f"all of {ground_label(names, term.ground)}"
+        for target in posterior.targets
+        for term in posterior.grounded(target)
+        if term.joint and term.part and not term.has_part and not term.is_silent
+    ]
+    return idle + [
         (
             f"not understood: {_missed(missed.text, tuple(map(names.of, missed.candidates)))}"
             if missed.status == "unknown"
