@@ -20,6 +20,7 @@ __all__ = [
     "meant_lines",
     "percent",
     "reading_lines",
+    "relation_in_words",
     "relations_in_words",
 ]
 
@@ -34,7 +35,7 @@ def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
     """Return each relation of a target in words, such as "behind Velvet Dog"; no two the same."""
     phrases: list[str] = []
     for relation in posterior.relations(target):
-        words = _in_words(relation, posterior.city)
+        words = relation_in_words(relation, posterior.city)
         again = sum(t == words or t.startswith(f"{words} (") for t in phrases)
         phrases.append(f"{words} ({again + 1})" if again else words)
     return tuple(phrases)
@@ -100,7 +101,7 @@ def _reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
         is_other = either is not None and before is not None and either[0] == before[0]
         link = " or " if is_other and either != before else ", "
         figure = f"{relation.figure} " if several else ""
-        words += f"{link if words else ''}{figure}{_in_words(relation, city)}"
+        words += f"{link if words else ''}{figure}{relation_in_words(relation, city)}"
         before = either
     return f"“{words}”" if words else "nothing of it"
 
@@ -122,14 +123,14 @@ def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
     if spans is not None and ground.slot < len(spans.grounds):
         start, end = spans.grounds[ground.slot]
         return f"“{text[start:end]}”"
-    return f"“{_in_words(ground.relation, city)}”"
+    return f"“{relation_in_words(ground.relation, city)}”"
 
 
 def _place(ground: str | None, city: CityMap) -> str:
     return "not on this map" if ground is None else ground_label(city, ground)
 
 
-def _in_words(relation: SpatialRelation, city: CityMap) -> str:
+def relation_in_words(relation: SpatialRelation, city: CityMap) -> str:
     labels = [ground_label(city, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:

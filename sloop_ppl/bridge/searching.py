@@ -27,7 +27,8 @@ from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
-    from sloop_ppl.planning import Episode, Motion, Sensor, Step
+    from sloop_ppl.bridge.asking.questioner import Dialogue
+    from sloop_ppl.planning import AskedQuestion, Episode, Motion, Sensor, Step
 
 __all__ = ["check_map", "imagined_places", "search", "search_legs"]
 
@@ -53,6 +54,8 @@ def search(
     keep_beliefs: bool = False,
     said: Mapping[int, str | Description] | None = None,
     one_at_a_time: bool = False,
+    dialogue: Dialogue | None = None,
+    on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> PosteriorEpisode:
     """Search the map for the targets of a posterior, all of them jointly.
 
@@ -139,7 +142,7 @@ def search(
             posterior,
             {**(places or {}), **imagined},
             tuple((t,) for t in targets) if one_at_a_time else (targets,),
-            setup=SearchSetup(chosen, sensor, motion, environment, search_legs),
+            setup=SearchSetup(chosen, sensor, motion, environment, search_legs, dialogue),
             config=settings,
             start=start,
             rng=rng,
@@ -147,6 +150,7 @@ def search(
             notify=notify,
             keep_beliefs=keep_beliefs,
             utterances=utterances,
+            on_question=on_question,
         )
     except SearchInterrupted as stopped:
         stopped.episode = replace(stopped.episode, imagined=tuple(imagined))
@@ -167,6 +171,7 @@ def search_legs(
     notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
     utterances: Mapping[int, Description] = MappingProxyType({}),
+    on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> PosteriorEpisode:
     """Search for groups of targets, one group after the other; arguments as in `search`.
 
@@ -186,6 +191,13 @@ def search_legs(
                 f"'{name}' has no belief; expected a place for each of: "
                 f"{', '.join(posterior.targets)}"
             )
+    questioner, left = None, 0
+    if setup.dialogue is not None:
+        from sloop_ppl.bridge.asking.questioner import PosteriorQuestioner
+
+        questioner, left = PosteriorQuestioner(tracker, setup.dialogue, notify=notify), (
+            setup.dialogue.most
+        )
     whole: PosteriorEpisode | None = None
     for number, leg in enumerate(legs):
         beliefs = {t: tracker.posterior.belief(t) for t in posterior.targets}
@@ -233,6 +245,9 @@ def search_legs(
                 on_observation=tracker.observe,
                 keep_beliefs=keep_beliefs,
                 start_area=None if posterior.area is None else posterior.area.cells,
+                questioner=questioner,
+                max_questions=left if whole is None else left - len(whole.questions),
+                on_question=on_question,
             )
         except SearchInterrupted as stopped:
             stopped.episode = add(stopped.episode)
