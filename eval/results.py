@@ -83,7 +83,12 @@ class Results:
     @cached_property
     def _by_cell(self) -> Mapping[tuple[str, float], tuple[Trial, ...]]:
         cells: dict[tuple[str, float], list[Trial]] = {}
+        asked = self.manifest.get("asking")
+        plain = int(asked["questions"][0]) if asked else 0
+        cost = float(asked["question_costs"][0]) if asked and plain else 0.0
         for trial in self.trials:
+            if (trial.key.questions, trial.key.question_cost) != (plain, cost):
+                continue
             cells.setdefault((trial.key.model, trial.key.range_cells), []).append(trial)
         return {key: tuple(found) for key, found in cells.items()}
 
@@ -177,8 +182,14 @@ def reward_summary(results: Results) -> dict[str, Any]:
                 "success": float(np.mean([trial.found for trial in trials])),
                 "steps": float(np.mean([trial.steps for trial in trials])),
             }
+    asked: dict[str, Any] = {}
+    if "asking" in results.manifest:
+        from sloop_ppl.eval._question_summary import question_summary  # which needs this module
+
+        asked = {"questions": question_summary(results)}
     return {
         "relations": results.manifest["relations"],
         "planner": results.manifest["searching"]["planner"],
         "models": models,
+        **asked,
     }

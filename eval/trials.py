@@ -43,6 +43,10 @@ class TrialKey:
         How far the sensor sees, cells.
     start
         Number of the start, from 0.
+    questions
+        How many questions may be asked.
+    question_cost
+        What each costs; 0 where none may be asked.
     """
 
     description: str
@@ -50,6 +54,8 @@ class TrialKey:
     model: str
     range_cells: float
     start: int
+    questions: int = 0
+    question_cost: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,6 +80,17 @@ class Trial:
         Where the robot began, x and y in metres.
     seconds
         Wall time of the search; two runs of a trial differ in nothing else.
+    asked
+        Questions that were asked.
+    gross_reward
+        Sum of the discounted rewards without the costs of questions; None in a sweep that does not
+        ask.
+    expected_bits, realised_bits
+        Expected information of the questions, and by how many bits the belief in the true cell
+        rose by their answers.
+    log_score
+        Natural log of the belief at the true cell before the search; None in a sweep that does not
+        ask.
     """
 
     key: TrialKey
@@ -85,6 +102,11 @@ class Trial:
     reward: float
     start_m: tuple[float, float]
     seconds: float
+    asked: int = 0
+    gross_reward: float | None = None
+    expected_bits: float = 0.0
+    realised_bits: float = 0.0
+    log_score: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as one flat JSON object."""
@@ -100,6 +122,11 @@ class Trial:
             "start_x_m": x,
             "start_y_m": y,
             "seconds": self.seconds,
+            "asked": self.asked,
+            "gross_reward": self.gross_reward,
+            "expected_bits": self.expected_bits,
+            "realised_bits": self.realised_bits,
+            "log_score": self.log_score,
         }
 
     @classmethod
@@ -119,6 +146,8 @@ class Trial:
                     str(record["model"]),
                     float(record["range_cells"]),
                     int(record["start"]),
+                    int(record.get("questions", 0)),
+                    float(record.get("question_cost", 0.0)),
                 ),
                 map=str(record["map"]),
                 configuration=str(record["configuration"]),
@@ -128,9 +157,18 @@ class Trial:
                 reward=float(record["reward"]),
                 start_m=(float(record["start_x_m"]), float(record["start_y_m"])),
                 seconds=float(record["seconds"]),
+                asked=int(record.get("asked", 0)),
+                gross_reward=_number(record.get("gross_reward")),
+                expected_bits=float(record.get("expected_bits", 0.0)),
+                realised_bits=float(record.get("realised_bits", 0.0)),
+                log_score=_number(record.get("log_score")),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"is no trial ({type(error).__name__}: {error})") from error
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
 
 
 @dataclass(frozen=True)

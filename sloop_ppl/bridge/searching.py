@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from sloop_ppl.bridge.asking.questioner import Dialogue
     from sloop_ppl.planning import AskedQuestion, Episode, Motion, Sensor, Step
 
-__all__ = ["check_map", "imagined_places", "search", "search_legs"]
+__all__ = ["Places", "check_map", "imagined_places", "search", "search_legs"]
 
 Places = Mapping[str, tuple[float, float]]
 
@@ -54,7 +54,7 @@ def search(
     keep_beliefs: bool = False,
     said: Mapping[int, str | Description] | None = None,
     one_at_a_time: bool = False,
-    dialogue: Dialogue | None = None,
+    dialogue: Dialogue | Callable[[Places], Dialogue] | None = None,
     on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> PosteriorEpisode:
     """Search the map for the targets of a posterior, all of them jointly.
@@ -136,13 +136,14 @@ def search(
     settings = replace(
         config or SearchConfig(), sims=sims, sensor_range_cells=float(sensor_range_cells)
     )
-    targets = posterior.targets
+    targets, known = posterior.targets, {**(places or {}), **imagined}
+    asked = dialogue(known) if callable(dialogue) else dialogue
     try:
         episode = search_legs(
             posterior,
-            {**(places or {}), **imagined},
+            known,
             tuple((t,) for t in targets) if one_at_a_time else (targets,),
-            setup=SearchSetup(chosen, sensor, motion, environment, search_legs, dialogue),
+            setup=SearchSetup(chosen, sensor, motion, environment, search_legs, asked),
             config=settings,
             start=start,
             rng=rng,
@@ -195,9 +196,8 @@ def search_legs(
     if setup.dialogue is not None:
         from sloop_ppl.bridge.asking.questioner import PosteriorQuestioner
 
-        questioner, left = PosteriorQuestioner(tracker, setup.dialogue, notify=notify), (
-            setup.dialogue.most
-        )
+        questioner = PosteriorQuestioner(tracker, setup.dialogue, notify=notify)
+        left = setup.dialogue.most
     whole: PosteriorEpisode | None = None
     for number, leg in enumerate(legs):
         beliefs = {t: tracker.posterior.belief(t) for t in posterior.targets}

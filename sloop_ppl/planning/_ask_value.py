@@ -48,13 +48,14 @@ class AskValue(NamedTuple):
     place
         Position of the question among those that were offered.
     gain
-        Expected discounted return with it less that without it, its cost included.
+        Expected discounted return with it less that without it, its cost included; None where it
+        was not estimated.
     bits
         Expected information, bits.
     """
 
     place: int
-    gain: float
+    gain: float | None
     bits: float
 
 

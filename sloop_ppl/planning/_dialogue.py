@@ -112,6 +112,9 @@ class Dialogue:
         """Return the question that is worth asking now; None when none is."""
         if not self.board.tables:
             return None
+        if getattr(self._questioner, "insists", False):
+            bits = float(question_bits(belief, self.board.tables[:1])[0])
+            return AskValue(0, None, bits)
         if self._refused and len(self._refused) == len(belief.flat):
             moved = (
                 np.abs(a - b).sum() / 2 for a, b in zip(belief.flat, self._refused, strict=True)
@@ -119,7 +122,7 @@ class Dialogue:
             if max(moved) < _MOVED:
                 return None
         best = self._estimator.best(belief, self.board.tables)
-        if best is not None and best.gain > 0:
+        if best is not None and (best.gain or 0.0) > 0:
             self._refused = ()
             return best
         self._refused = belief.flat

@@ -283,6 +283,9 @@ class _Scene:
         return f"Step {step} of {count}: {action}"
 
     def _caption(self, step: int) -> str:
+        asked = [q for q in getattr(self.episode, "questions", ()) if q.step == step]
+        if asked:
+            return "; ".join(f"{q.text} — {q.answer or 'no answer'}" for q in asked)
         if step == 0:
             return "Looking for " + ", ".join(self.episode.places)
         reward = f"reward {self.episode.rewards[step - 1]:+g}".replace("-", "−")

@@ -17,13 +17,20 @@ from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
-from sloop_ppl.plots._robot import draw_finds, draw_path, draw_targets, seen_image, sparse_steps
+from sloop_ppl.plots._robot import (
+    draw_finds,
+    draw_path,
+    draw_questions,
+    draw_targets,
+    seen_image,
+    sparse_steps,
+)
 from sloop_ppl.plots.city import draw_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["along", "outcome", "plot_search", "together"]
+__all__ = ["along", "outcome", "plot_search", "question_lines", "together"]
 
 Beliefs = Mapping[str, NDArray[np.float64]]
 
@@ -85,6 +92,9 @@ def plot_search(
     handles += draw_targets(axes, episode.places, episode.found_targets, imagined)
     finds, discs = draw_finds(axes, episode)
     handles += finds
+    asked = getattr(episode, "questions", ())
+    if asked:
+        handles.append(draw_questions(axes, episode.poses, asked))
     sky = ACCENTS["view"]
     handles.append(Patch(facecolor=(*to_rgb(sky), 0.4), edgecolor=sky, lw=0.9, label="seen"))
     if beliefs:
@@ -92,7 +102,7 @@ def plot_search(
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
-    set_title(axes, title or outcome(episode))
+    set_title(axes, title or "\n".join((outcome(episode), *question_lines(asked))))
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -110,6 +120,19 @@ def outcome(episode: EpisodeLike) -> str:
         f"{result} in {steps} step{'' if steps == 1 else 's'}, "
         f"discounted return {episode.discounted_return:.0f}".replace("-", "−")
     )
+
+
+def question_lines(questions: Sequence[Any], width: int = 100) -> list[str]:
+    """Return a line for each question with its answer."""
+    import textwrap
+
+    return [
+        textwrap.shorten(
+            f"Asked after {q.step} steps: {q.text} — {q.answer or 'no answer'}", width,
+            placeholder=" …",
+        )
+        for q in questions
+    ]  # fmt: skip
 
 
 def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         SimulatedAnswerer,
         TerminalAnswerer,
     )
+    from sloop_ppl.bridge.asking.before_search import Conversation, converse
     from sloop_ppl.bridge.asking.candidates import CandidateQuestions, ask
     from sloop_ppl.bridge.asking.kinds import QUESTION_KINDS, Proposal, list_question_kinds
     from sloop_ppl.bridge.asking.question import Answer, Question, QuestionValue
@@ -31,6 +32,7 @@ __all__ = [
     "Answerer",
     "AnswererModel",
     "CandidateQuestions",
+    "Conversation",
     "Dialogue",
     "FileAnswerer",
     "PosteriorQuestioner",
@@ -42,6 +44,7 @@ __all__ = [
     "SimulatedAnswerer",
     "TerminalAnswerer",
     "ask",
+    "converse",
     "list_question_kinds",
     "salience",
 ]
@@ -55,6 +58,7 @@ _HOMES = {
         "SimulatedAnswerer",
         "TerminalAnswerer",
     ),
+    "before_search": ("Conversation", "converse"),
     "candidates": ("CandidateQuestions", "ask"),
     "kinds": ("QUESTION_KINDS", "Proposal", "list_question_kinds"),
     "question": ("Answer", "Question", "QuestionValue"),

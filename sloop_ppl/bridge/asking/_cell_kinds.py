@@ -6,7 +6,6 @@ Shape legend: S cells of the scene.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -58,7 +57,7 @@ def nearer(scene: Scene) -> Iterator[Proposal]:
     for one, other in itertools.combinations(_places(scene)[:_NEAR_PAIRS], 2):
 
         def table(at: Scene, one: str = one, other: str = other) -> Table:
-            second = at.person.farther(at.log_distance_m(one), at.log_distance_m(other))
+            second = at.nearer_to_other(one, other)
             return np.stack([1.0 - second, second])
 
         def same(at: Scene, one: str = one, other: str = other) -> Table:
@@ -162,8 +161,7 @@ def distances(scene: Scene) -> Iterator[Proposal]:
         def table(
             there: Scene, landmark: str = landmark, low: float = low, high: float = high
         ) -> Table:
-            off = there.log_distance_m(landmark)
-            above = [there.person.farther(off, math.log(m)) for m in (low, high)]
+            above = [there.farther(landmark, metres) for metres in (low, high)]
             return np.stack([1.0 - above[0], above[0] - above[1], above[1]])
 
         yield Proposal(

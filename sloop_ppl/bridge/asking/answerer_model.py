@@ -27,6 +27,9 @@ class AnswererModel:
     ----------
     error
         Probability of an answer other than the true one, each of the others as likely, in [0, 1).
+    guess
+        Share of the answers that are guessed, each option as likely, in [0, 1]; with 1 no answer
+        tells anything.
     dont_know
         Probability of "I don't know" about the best known landmarks, in [0, 1); about others it is
         up to five times as high, see `dont_know_of`. It does not depend on where the target is, so
@@ -37,6 +40,9 @@ class AnswererModel:
     distance_share
         Standard deviation of the logarithm of the distance that a person sees, in [0, 2]: about the
         share by which it is wrong.
+    other_geometry
+        Share of people who measure the other way: directions from a place's nearest edge instead of
+        its middle, distances to its middle instead of its nearest edge, in [0, 1].
 
     Raises
     ------
@@ -45,12 +51,19 @@ class AnswererModel:
     """
 
     error: float = 0.1
+    guess: float = 0.0
     dont_know: float = 0.05
     angle_deg: float = 10.0
-    distance_share: float = 0.2
+    distance_share: float = 0.3
+    other_geometry: float = 0.5
 
     def __post_init__(self) -> None:
-        for name, most in (("angle_deg", 90), ("distance_share", 2)):
+        for name, most in (
+            ("guess", 1),
+            ("angle_deg", 90),
+            ("distance_share", 2),
+            ("other_geometry", 1),
+        ):
             if not 0 <= getattr(self, name) <= most:
                 raise InputError(
                     f"{name} of the answerer is {getattr(self, name)}; expected a number from 0 "
@@ -63,9 +76,12 @@ class AnswererModel:
                 )
 
     @classmethod
-    def exact(cls, error: float = 0.1) -> AnswererModel:
+    def exact(cls, error: float = 0.1, guess: float = 0.0) -> AnswererModel:
         """Return a person who always knows and sees directions and distances exactly."""
-        return cls(error=error, dont_know=0.0, angle_deg=0.0, distance_share=0.0)
+        return cls(
+            error=error, guess=guess, dont_know=0.0, angle_deg=0.0, distance_share=0.0,
+            other_geometry=0.0,
+        )  # fmt: skip
 
     def farther(self, log_m: Table, than: Table | float) -> Table:
         """Return the probability that a distance is seen as greater than another.
@@ -109,7 +125,13 @@ class AnswererModel:
     def options(self, truth: NDArray[Any]) -> NDArray[Any]:
         """Return the probability of each option of one who knows, errors included, shape (A, V)."""
         others = self.error / (len(truth) - 1)
-        return truth * (1.0 - self.error - others) + others
+        meant = truth * (1.0 - self.error - others) + others
+        return (1.0 - self.guess) * meant + self.guess / len(truth)
+
+    @property
+    def reliability(self) -> float:
+        """Probability that an answer is the true one on purpose."""
+        return (1.0 - self.error) * (1.0 - self.guess)
 
     def likelihood(self, truth: Table, dont_know: float) -> Table:
         """Return the probability of each answer, and of "I don't know" in the last row.

@@ -17,6 +17,7 @@ from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
     from sloop_ppl.bridge.asking.question import Question
+    from sloop_ppl.inference import AnswerFactor
 
 __all__ = ["Answerer", "FileAnswerer", "QueueAnswerer", "SimulatedAnswerer", "TerminalAnswerer"]
 
@@ -25,8 +26,11 @@ __all__ = ["Answerer", "FileAnswerer", "QueueAnswerer", "SimulatedAnswerer", "Te
 class Answerer(Protocol):
     """Whoever answers questions."""
 
-    def answer(self, question: Question) -> str | None:
-        """Return the answer in words; None when there is none and none will come."""
+    def answer(self, question: Question) -> str | AnswerFactor | None:
+        """Return the answer in words; None when there is none and none will come.
+
+        One whose words are already read may return what they say, an `AnswerFactor`.
+        """
         ...
 
 

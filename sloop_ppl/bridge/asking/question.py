@@ -208,13 +208,14 @@ class Question:
         knows = 1.0 - self.dont_know
         if choice.kind == "other":
             truth = list(self.others.values())[choice.place]
-            meant = knows * (1.0 - self.person.error) * truth
-            likelihood = meant + knows * self.person.error / (len(self.truth) + 1)
+            meant = knows * self.person.reliability * truth
+            wrong = 1.0 - self.person.reliability
+            likelihood = meant + knows * wrong / (len(self.truth) + 1)
         else:
             truth, likelihood = self.truth[choice.place], self._likelihood[choice.place]
             if choice.kind == "not":
-                truth, likelihood = 1.0 - truth, knows - likelihood
-            meant = np.minimum(knows * (1.0 - self.person.error) * truth, likelihood)
+                truth, likelihood = 1.0 - truth, np.maximum(knows - likelihood, 0.0)
+            meant = np.minimum(knows * self.person.reliability * truth, likelihood)
         return AnswerFactor(
             question=self.text,
             answer=text,

@@ -14,11 +14,11 @@ from sloop_ppl.bridge.asking.answerers import Answerer
 from sloop_ppl.bridge.asking.candidates import CandidateQuestions
 from sloop_ppl.bridge.asking.question import Question
 from sloop_ppl.errors import BeliefCollapse, InputError, on_one_line
+from sloop_ppl.inference import AnswerFactor
 from sloop_ppl.planning.questions import QuestionTable, Reply
 
 if TYPE_CHECKING:
     from sloop_ppl.bridge._tracking import BeliefTracker
-    from sloop_ppl.inference import AnswerFactor
 
 __all__ = ["Dialogue", "PosteriorQuestioner"]
 
@@ -48,6 +48,10 @@ class Dialogue:
         Names of the kinds of questions; all when None.
     landmarks
         Ids of the landmarks to ask about; the salient ones when None.
+    choose
+        Chooses what is asked without weighing it against its cost: called with the candidates and
+        the belief, it returns a candidate's position, or None for no question. None for the usual
+        choice by expected reward. For comparison with other ways to ask.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class Dialogue:
     person: AnswererModel = field(default_factory=AnswererModel)
     kinds: tuple[str, ...] | None = None
     landmarks: tuple[str, ...] | None = None
+    choose: Callable[[CandidateQuestions, NDArray[np.float64]], int | None] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.answerer, Answerer):
@@ -107,6 +112,11 @@ class PosteriorQuestioner:
         self._questions: dict[tuple[str, int], Question] = {}
         self._offered: dict[str, Question] = {}
 
+    @property
+    def insists(self) -> bool:
+        """Whether what it offers is asked without being weighed against its cost."""
+        return self._dialogue.choose is not None
+
     def questions(self, beliefs: Tables, left: int) -> Sequence[QuestionTable]:
         """Return the most informative questions, as arrays."""
         del left
@@ -114,7 +124,7 @@ class PosteriorQuestioner:
         tables = []
         self._offered = {}
         for target, candidates in self._candidates.items():
-            for k in candidates.best(_OFFERED, beliefs[target]):
+            for k in self._chosen(candidates, beliefs[target]):
                 key = target, k
                 if key not in self._questions:
                     self._questions[key] = candidates.question(k)
@@ -145,9 +155,11 @@ class PosteriorQuestioner:
         if text is None:
             self._notify(f"     asked: “{asked.text}” no answer; the search goes on")
             return Reply(None, None, goes_on=False, note="no answer")
+        given = text if isinstance(text, AnswerFactor) else None
+        text = text if given is None else given.answer
         self._notify(f"     asked: “{asked.text}” answered: “{on_one_line(text, 120)}”")
         try:
-            factor = asked.answer(text)
+            factor = asked.answer(text) if given is None else given
             note = self._take(factor)
         except InputError as error:  # BeliefCollapse is one
             is_excluded = isinstance(error, BeliefCollapse)
@@ -160,6 +172,15 @@ class PosteriorQuestioner:
             for target in self._tracker.searched
         }
         return Reply(text, beliefs, note=note)
+
+    def _chosen(
+        self, candidates: CandidateQuestions, belief: NDArray[np.float64]
+    ) -> list[int]:
+        choose = self._dialogue.choose
+        if choose is None:
+            return candidates.best(_OFFERED, belief)
+        k = choose(candidates, belief)
+        return [] if k is None else [k]
 
     def _take(self, factor: AnswerFactor) -> str:
         """Take an answer in; return what is to be said of it."""

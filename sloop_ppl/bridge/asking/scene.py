@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -103,13 +105,45 @@ class Scene:
             self._kept[key] = self._own(self.city.fields(landmark).distance_m)
         return self._kept[key]
 
-    def log_distance_m(self, landmark: str) -> Table:
-        """Return the logarithm of `distance_m`; below half a cell all distances are one."""
-        key = "log distance", landmark
+    def _log_distances(self, landmark: str) -> tuple[Table, Table]:
+        """Return logarithms of metres to the nearest edge and to the middle, from half a cell on."""
+        key, other = ("log distance", landmark), ("log from middle", landmark)
         if key not in self._kept:
             least = self.city.grid.cell_m / 2
             self._kept[key] = np.log(np.maximum(self.distance_m(landmark), least))
-        return self._kept[key]
+            x, y = self.city.centroid(landmark)
+            apart = np.hypot(self.x_m - x, self.y_m - y)
+            self._kept[other] = np.log(np.maximum(apart, least))
+        return self._kept[key], self._kept[other]
+
+    def farther(self, landmark: str, than_m: float) -> Table:
+        """Return how probably the person finds each cell farther than so many metres, shape (S,)."""
+        edge, middle = self._log_distances(landmark)
+        return self._mixed(
+            lambda log_m: self.person.farther(log_m, math.log(than_m)), edge, middle
+        )
+
+    def nearer_to_other(self, landmark: str, other: str) -> Table:
+        """Return how probably the person finds each cell nearer to another landmark, shape (S,)."""
+        pairs = zip(self._log_distances(landmark), self._log_distances(other), strict=True)
+        edge, middle = (one - two for one, two in pairs)
+        return self._mixed(lambda ratio: self.person.farther(ratio, 0.0), edge, middle)
+
+    def _mixed(self, seen: Callable[[Table], Table], usual: Table, other: Table) -> Table:
+        """Average what is seen over the two ways to measure."""
+        share = self.person.other_geometry
+        if share == 0.0:
+            return seen(usual)
+        return (1.0 - share) * seen(usual) + share * seen(other)
+
+    def edge_bearing_rad(self, landmark: str) -> Table:
+        """Return the direction from a landmark's nearest edge, that of its middle on it, (S,)."""
+        fields, grid = self.city.fields(landmark), self.city.grid
+        rows, cols = (self._own(part).astype(np.intp) for part in fields.nearest)
+        bearing = np.arctan2(self.y_m - grid.y_m[rows], self.x_m - grid.x_m[cols])
+        on_it = self.distance_m(landmark) == 0.0
+        found: Table = np.where(on_it, self.bearing_rad(landmark), bearing)
+        return found
 
     def bearing_rad(self, landmark: str) -> Table:
         """Return the direction from a landmark's centroid, radians from east, shape (S,)."""
@@ -123,11 +157,14 @@ class Scene:
         """Return how probably each cell is seen north, east, south or west of a landmark, (4, S)."""
 
         def make() -> Table:
-            return self.person.quarters(self.bearing_rad(landmark))
+            usual, share = self.bearing_rad(landmark), self.person.other_geometry
+            other = self.edge_bearing_rad(landmark) if share else usual
+            return self._mixed(self.person.quarters, usual, other)
 
         if self.cells is not None:
             return make()
-        return self.city.derived(f"asking: quarters {self.person.angle_deg:g} {landmark}", make)
+        person = f"{self.person.angle_deg:g} {self.person.other_geometry:g}"
+        return self.city.derived(f"asking: quarters {person} {landmark}", make)
 
     def belief(self) -> Table:
         """Return the probability of each cell, shape (S,); it sums to one over all of the map."""
