@@ -30,7 +30,7 @@ from sloop_ppl.plots.city import draw_map
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["along", "outcome", "plot_search", "question_lines", "together"]
+__all__ = ["along", "outcome", "plot_search", "together"]
 
 Beliefs = Mapping[str, NDArray[np.float64]]
 
@@ -102,7 +102,7 @@ def plot_search(
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
-    set_title(axes, title or "\n".join((outcome(episode), *question_lines(asked))))
+    set_title(axes, title or f"{outcome(episode)}{asked_words(asked)}")
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -122,17 +122,11 @@ def outcome(episode: EpisodeLike) -> str:
     )
 
 
-def question_lines(questions: Sequence[Any], width: int = 100) -> list[str]:
-    """Return a line for each question with its answer."""
-    import textwrap
-
-    return [
-        textwrap.shorten(
-            f"Asked after {q.step} steps: {q.text} — {q.answer or 'no answer'}", width,
-            placeholder=" …",
-        )
-        for q in questions
-    ]  # fmt: skip
+def asked_words(questions: Sequence[Any]) -> str:
+    """Return what was answered to the questions of a search, behind a full stop; empty for none."""
+    answers = ", ".join(f"“{q.answer}”" if q.answer else "no answer" for q in questions)
+    count = len(questions)
+    return f". Asked {count} question{'' if count == 1 else 's'}: {answers}" if count else ""
 
 
 def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:

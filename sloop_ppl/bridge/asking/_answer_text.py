@@ -110,6 +110,11 @@ def _whole(said: str, options: Sequence[str], others: Sequence[str]) -> Choice |
     held = [i for i, option in enumerate(bare_options) if _holds(bare, option)]
     longest = [i for i in held if not any(_holds(bare_options[j], bare_options[i])
                                           for j in held if j != i)]  # fmt: skip
+    # "the tower" of "Chase Bank Tower": a part of one option's words and of no other's.
+    words = set(bare.split())
+    parts = [i for i, option in enumerate(bare_options) if words and words <= set(option.split())]
+    if len(parts) == 1 and not held:
+        return Choice("option", parts[0])
     room = sum(len(o.split()) for i, o in enumerate(bare_options) if i in longest[:1]) + 3
     if len(longest) == 1 and len(bare.split()) <= room and not re.search(r"\bnot\b", bare):
         return Choice("option", longest[0])

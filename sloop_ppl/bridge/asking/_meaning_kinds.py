@@ -122,6 +122,10 @@ def readings(scene: Scene) -> Iterator[Proposal]:
                 claims.setdefault(_claim(scene, relation), (relation, holds))
             p = np.array([one.p for one in kept])[support]
             for words, (relation, holds) in claims.items():
+                nameless = [g for g in relation.grounds if g in scene.city
+                            and not scene.city.landmark(g).name]  # fmt: skip
+                if nameless or NOT_ON_MAP in relation.grounds:
+                    continue
                 if relation.figure == scene.target and _LEAST < float(p @ holds) < _MOST:
                     yield Proposal(
                         f"Do you mean that {words}?",
@@ -148,8 +152,10 @@ def _same(one: SpatialRelation, other: SpatialRelation) -> bool:
 def _claim(scene: Scene, relation: SpatialRelation) -> str:
     verb = "are" if relation.figure == SPEAKER else "is"
     noun = scene.noun if relation.figure == scene.target else relation.figure
-    words = relation_in_words(relation, scene.city).replace("the hearer", "me")
-    return f"{noun} {verb} {words}" if HEARER not in relation.grounds else f"{noun} {verb} {words}"
+    words = relation_in_words(relation, scene.city)
+    if HEARER in relation.grounds:  # it is who listens that asks
+        words = words.replace("the hearer", "me")
+    return f"{noun} {verb} {words}"
 
 
 def frames(scene: Scene) -> Iterator[Proposal]:
