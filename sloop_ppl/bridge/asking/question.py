@@ -29,6 +29,9 @@ __all__ = ["DONT_KNOW", "Answer", "Question", "QuestionValue"]
 
 Table = NDArray[np.float64]
 
+_LEAST = 1e-12
+"""Probability of an answer that should not be given: who never errs may still be wrong once."""
+
 DONT_KNOW = "I don't know"
 """The last answer of each question."""
 
@@ -152,23 +155,20 @@ class Question:
     def settles(self) -> Mapping[str, float]:
         """Expected information about each thing it tells of, bits, the most first.
 
-        Keys are ``"cell"`` and names of latents: components, readings, referents, shared frames.
-        Less than a hundredth of a bit is left out.
+        Keys are ``"cell"`` and names of latents: components, readings, referents, and the frame
+        that is asked about. Less than a hundredth of a bit is left out.
         """
         joint, found = self.posterior.joint, {"cell": self.bits}
-        for name in joint.supports:
-            if name.endswith("/cell"):
-                continue
-            if name == self.latent:
-                table, p = self._likelihood, joint.probabilities(name)
-            else:
+        for name in joint.latents:
+            kind = name.rpartition("/")[2].partition("_")[0]
+            if name == self.latent and kind != "cell":
+                found[name] = expected_bits(self._likelihood, joint.probabilities(name))
+            elif kind not in ("cell", "lapse", "frame"):
                 both = joint.probabilities(self.latent, name)
                 p = both.sum(0)
-                table = self._likelihood @ np.divide(both, p, out=np.zeros_like(both), where=p > 0)
-            found[name] = expected_bits(table, p)
-        if self.about == "frame" and self.latent not in joint.supports:  # a frame, which is one phrase's own
-            p = joint.probabilities(self.latent)
-            found[self.latent] = expected_bits(self._likelihood, p)
+                given = np.divide(both, p, out=np.zeros_like(both), where=p > 0)
+                given[:, p <= 0] = both.sum(1)[:, None]
+                found[name] = expected_bits(self._likelihood @ given, p)
         kept = {name: bits for name, bits in found.items() if bits >= 0.01}
         return dict(sorted(kept.items(), key=lambda item: -item[1]))
 
@@ -221,7 +221,7 @@ class Question:
             answer=text,
             latents=(self.latent,),
             supports=(self.support,),
-            likelihood=np.clip(likelihood, 0.0, 1.0),
+            likelihood=np.clip(likelihood, _LEAST, 1.0),
             meant=np.clip(meant, 0.0, 1.0),
             text=self.said,
             description=rest,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -195,9 +196,11 @@ def test_a_table_that_is_none(p, message):
 
 
 def test_a_posterior_keeps_its_answers_in_its_file(tmp_path):
-    post = posterior(said(open_ground()), TWO)
-    (referent,) = ask(post, TWO, 1, kinds=["referent"])
-    post = post.update(about_cell(np.linspace(0.1, 1, TWO.grid.size)))
+    grid = replace(TWO.grid, centre=(41.5, -81.7))
+    where = replace(TWO, grid=grid, _cache={})
+    post = posterior(said(open_ground()), where)
+    (referent,) = ask(post, where, 1, kinds=["referent"])
+    post = post.update(about_cell(np.linspace(0.1, 1, grid.size)))
     post = post.update(referent.answer("East")).update(referent.answer("I don't know"))
     post.save(tmp_path / "a.nc")
     again = Posterior.load(tmp_path / "a.nc")
