@@ -147,7 +147,10 @@ class ReturnEstimator:
         if without is None:
             without = self.expected_return(belief, sims)
         expected = 0.0
-        for p, table in answered(belief, question):
+        for p, table, tells in answered(belief, question):
+            if not tells:
+                expected += p * without
+                continue
             after = belief.replaced({**belief.tables, question.target: table})
             expected += p * self.expected_return(after, sims)
         later = self.space.config.discount**question.steps
@@ -169,13 +172,16 @@ def question_bits(
 
 def answered(
     belief: GridBelief, question: QuestionTable
-) -> list[tuple[float, NDArray[np.float64]]]:
-    """Return the probability of each possible answer, and the target's belief after it, (H, W)."""
+) -> list[tuple[float, NDArray[np.float64], bool]]:
+    """Return each possible answer's probability, the belief after it, (H, W), and if it tells any.
+
+    "I don't know" is as probable wherever the target is, so that nothing changes.
+    """
     table = belief.tables[question.target]
-    joint = question.p_answer * table
     found = []
-    for part in joint:
+    for given in question.p_answer:
+        part = given * table
         p = float(part.sum())
         if p > 0:
-            found.append((p, part / p))
+            found.append((p, part / p, float(np.ptp(given)) > 1e-12))
     return found

@@ -85,8 +85,8 @@ def belief_at(col=20, table=None):
 def test_information_and_answers_of_a_table():
     belief = belief_at()
     assert question_bits(belief, [which(), which(error=0.5)]) == pytest.approx([1.0, 0.0])
-    (p, west), (q, east) = answered(belief, which())
-    assert (p, q) == (0.5, 0.5)
+    (p, west, tells), (q, east, _) = answered(belief, which())
+    assert (p, q, tells) == (0.5, 0.5, True)
     assert west[WEST] == east[EAST] == 1.0
 
 
@@ -111,6 +111,14 @@ def test_the_value_of_knowing_the_place_is_that_of_the_shorter_way():
 def value_in(n):
     """Return the discounted return of n moves and a find."""
     return sum(-10 * 0.95**t for t in range(n)) + 1000 * 0.95**n
+
+
+def test_not_knowing_changes_nothing():
+    estimator, belief, sure = ReturnEstimator(belief_at().space), belief_at(), which(cost=0.0)
+    silent = np.full((1, *SHAPE), 0.3)
+    unsure = QuestionTable("hm?", "T", np.concatenate([0.7 * sure.p_answer, silent]))
+    assert [tells for _, _, tells in answered(belief, unsure)] == [True, True, False]
+    assert estimator.gain(belief, unsure) == pytest.approx(0.7 * estimator.gain(belief, sure))
 
 
 def test_the_best_question_is_chosen_and_valued_anew():
