@@ -148,8 +148,8 @@ def recorded_relations(
     own = held_back(annotated, seed)
     found = {}
     for target, relation in own.items():
-        told = [r for r in annotated.about(target) if r != relation]
-        known = {(r.relation, r.grounds) for r in told}
+        kept = [r for r in annotated.about(target) if r != relation]
+        known = {(r.relation, r.grounds) for r in kept}
         more = [
             r
             for other in others
@@ -205,9 +205,7 @@ class OracleAnswerer:
         return question.options[true]
 
 
-def meant(
-    question: Question, annotated: AnnotatedDescription, cell: tuple[int, int]
-) -> int:
+def meant(question: Question, annotated: AnnotatedDescription, cell: tuple[int, int]) -> int:
     """Return the true option: by the place, or by the gold of what was said."""
     if question.about == "referent":
         gold = {g for r in annotated.about(question.target) for g in r.grounds}
@@ -379,7 +377,7 @@ class RecordedAnswerer:
         if not known:
             return DONT_KNOW
         words = relation_in_words(known[0], question.posterior.city)
-        said = replace(
+        recorded = replace(
             self.description,
             text=words,
             targets=tuple(t for t in self.description.targets if t.id == question.target),
@@ -387,4 +385,4 @@ class RecordedAnswerer:
             readings=(),
             unresolved=(),
         )
-        return AnswerFactor(question.text, words, description=said)
+        return AnswerFactor(question.text, words, description=recorded)

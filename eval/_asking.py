@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +37,6 @@ __all__ = ["AskingTrials"]
 _LEAST = 1e-15
 
 
-@dataclass
 class AskingTrials:
     """The trials of one description under one model that may ask.
 
@@ -57,15 +56,19 @@ class AskingTrials:
         Target -> what was recorded beside, of answerer c.
     """
 
-    annotated: AnnotatedDescription
-    description: Description
-    city: CityMap
-    model: ObservationModel
-    searching: Searching
-    asking: AskingSettings
-    recorded: Mapping[str, tuple[SpatialRelation, ...]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        annotated: AnnotatedDescription,
+        description: Description,
+        city: CityMap,
+        model: ObservationModel,
+        searching: Searching,
+        asking: AskingSettings,
+        recorded: Mapping[str, tuple[SpatialRelation, ...]],
+    ) -> None:
+        self.annotated, self.description, self.city = annotated, description, city
+        self.model, self.searching, self.asking = model, searching, asking
+        self.recorded = recorded
         self._posteriors: dict[str, Posterior | None] = {}
         self._places: dict[str, tuple[float, float]] = {}
 
@@ -106,7 +109,7 @@ class AskingTrials:
             max_questions=key.questions,
             on_observation=observe if questioner is not None else None,
         )
-        told = [q for q in episode.questions if q.realised is not None]
+        answered = [q for q in episode.questions if q.realised is not None]
         return Trial(
             key=key,
             map=annotated.map,
@@ -119,8 +122,8 @@ class AskingTrials:
             seconds=time.perf_counter() - begun,
             asked=len(episode.questions),
             gross_reward=episode.gross_discounted_return,
-            expected_bits=math.fsum(q.bits for q in told),
-            realised_bits=math.fsum(q.realised or 0.0 for q in told),
+            expected_bits=math.fsum(q.bits for q in answered),
+            realised_bits=math.fsum(q.realised or 0.0 for q in answered),
             log_score=math.log(max(float(belief[place.cell]), 1e-300)),
         )
 
@@ -131,17 +134,15 @@ class AskingTrials:
         kept = self.recorded.get(target, ())[:1]
         name = target if kept else ""
         if name not in self._posteriors:
-            told = without(self.description, kept)
+            kept_description = without(self.description, kept)
             area = self.annotated.search_area(self.city.grid)
             places = {t: (p.x_m, p.y_m) for t, p in self.annotated.targets.items()}
             self._posteriors[name] = None
-            if told.relations:
-                try:
+            if kept_description.relations:
+                with suppress(BeliefCollapse):  # searched with the uniform belief
                     self._posteriors[name], _ = infer_description(
-                        told, self.city, self.model, truth=places, area=area
+                        kept_description, self.city, self.model, truth=places, area=area
                     )
-                except BeliefCollapse:
-                    pass
         found = self._posteriors[name]
         return found if found is not None and target in found.targets else None
 

@@ -1,4 +1,4 @@
-"""What asking was worth in a sweep: net and gross reward, how often it was asked, and information."""
+"""What asking was worth in a sweep: net and gross reward, how often it asked, and information."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ from typing import Any
 import numpy as np
 
 from sloop_ppl.eval._tables import Cell, Estimate, Table
-from sloop_ppl.eval.results import Results, TargetKey
+from sloop_ppl.eval.results import Results, TargetKey, reward_summary
 from sloop_ppl.eval.trials import Trial
 
-__all__ = ["question_summary", "question_table"]
+__all__ = ["question_summary", "question_table", "report_summary"]
 
 _TERCILES = ("worst", "middle", "best")
+
+
+def report_summary(results: Results) -> dict[str, Any]:
+    """Return what ``sloop eval report --json`` prints: rewards, and what asking was worth."""
+    asked = {"questions": question_summary(results)} if "asking" in results.manifest else {}
+    return {**reward_summary(results), **asked}
 
 
 def question_summary(results: Results) -> dict[str, Any]:
@@ -67,7 +73,7 @@ def _summary(results: Results, model: str, count: int, cost: float) -> dict[str,
         "asked": asked / len(trials),
         "expected_bits": sum(t.expected_bits for t in trials) / asked if asked else 0.0,
         "realised_bits": sum(t.realised_bits for t in trials) / asked if asked else 0.0,
-        "realised_se": _realised_error(results, trials, asked),
+        "realised_se": _realised_error(trials, asked),
         "terciles": _terciles(trials, net),
     }
 
@@ -100,7 +106,7 @@ def _standard_error(results: Results, values: Mapping[TargetKey, float]) -> floa
     return _clustered(list(values.values()), results.clusters(values))
 
 
-def _realised_error(results: Results, trials: Sequence[Trial], asked: int) -> float:
+def _realised_error(trials: Sequence[Trial], asked: int) -> float:
     """Return the standard error of the realised less the expected bits a question."""
     if not asked:
         return 0.0
@@ -133,8 +139,8 @@ def question_table(results: Results) -> Table:
     for model, counts in question_summary(results).items():
         for count, one in counts.items():
             costs = results.manifest["asking"]["question_costs"]
-            told = {f"{costs[0]:g}": one, **one.get("costs", {})} if int(count) else {"0": one}
-            for cost, values in told.items():
+            by_cost = {f"{costs[0]:g}": one, **one.get("costs", {})} if int(count) else {"0": one}
+            for cost, values in by_cost.items():
                 rows.append(
                     (
                         f"{model}, up to {count} at {cost}",
@@ -150,8 +156,17 @@ def question_table(results: Results) -> Table:
     return Table(
         "questions",
         f"What asking is worth: answerer {asking['answerer']}, questions {asking['choice']}",
-        ("model, questions at cost", "asked", "net", "gross", "net, worst third", "middle", "best",
-         "bits expected", "bits realised"),  # fmt: skip
+        (
+            "model, questions at cost",
+            "asked",
+            "net",
+            "gross",
+            "net, worst third",
+            "middle",
+            "best",
+            "bits expected",
+            "bits realised",
+        ),
         tuple(rows),
         (
             (

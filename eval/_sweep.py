@@ -84,7 +84,9 @@ class Sweep:
 
     def keys(self, annotated: AnnotatedDescription, model: str) -> Iterator[TrialKey]:
         """Yield the trials of a description under a model."""
-        asked = [(q, cost) for q in self.questions for cost in (self.question_costs if q else (0.0,))]
+        asked = [
+            (q, cost) for q in self.questions for cost in (self.question_costs if q else (0.0,))
+        ]
         for target in annotated.targets:
             if self.asking is not None and not self.asking.asks_about(annotated, target):
                 continue

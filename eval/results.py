@@ -163,7 +163,7 @@ def read_results(path: str | Path) -> Results:
 
 
 def reward_summary(results: Results) -> dict[str, Any]:
-    """Return what ``sloop eval report --json`` prints.
+    """Return what ``sloop eval report --json`` prints of a sweep that does not ask.
 
     Notes
     -----
@@ -182,14 +182,8 @@ def reward_summary(results: Results) -> dict[str, Any]:
                 "success": float(np.mean([trial.found for trial in trials])),
                 "steps": float(np.mean([trial.steps for trial in trials])),
             }
-    asked: dict[str, Any] = {}
-    if "asking" in results.manifest:
-        from sloop_ppl.eval._question_summary import question_summary  # which needs this module
-
-        asked = {"questions": question_summary(results)}
     return {
         "relations": results.manifest["relations"],
         "planner": results.manifest["searching"]["planner"],
         "models": models,
-        **asked,
     }

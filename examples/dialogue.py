@@ -1,8 +1,8 @@
 """Search for a bike by one of two bars, asking twice.
 
 The sentence names "the bar", and there are two; the search starts beside the wrong one. The program
-believes in both, asks, finds that it read the wrong one, and flies to the other. The picture shows the belief before
-and after each answer, and the search with and without asking.
+believes in both, asks, finds that it read the wrong one, and flies to the other. The picture shows
+the belief before and after each answer, and the search with and without asking.
 
     python examples/dialogue.py --out dialogue.png
 """
@@ -68,7 +68,9 @@ def main(out: Path, smoke: bool = False) -> Result:
     titles = ["Before"] + [f"{q.text} — {q.answer}" for q in asking.questions]
     figure = Figure(figsize=(18, 13), layout="constrained")
     axes = figure.subplots(2, 3).ravel()
-    for ax, title, state in zip(axes, titles, [*states[:-1], believed(before, asking)], strict=False):
+    for ax, title, state in zip(
+        axes, titles, [*states[:-1], believed(before, asking)], strict=False
+    ):
         plot_belief(
             state, TARGET, ax=ax, truth=PLACE[TARGET], title=textwrap.fill(title, 60),
             legend=False, colour_bar=False,

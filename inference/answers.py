@@ -87,7 +87,7 @@ class AnswerFactor:
             return LogTable(self.latents, torch.from_numpy(np.log(self.likelihood)))
 
     @property
-    def tells(self) -> bool:
+    def informs(self) -> bool:
         """Whether the choice among the answers tells anything."""
         return bool(self.latents)
 
@@ -171,7 +171,7 @@ def checked_answers(
     """
     found = []
     for answer in answers:
-        if not answer.tells:
+        if not answer.informs:
             found.append(CheckedAnswer(answer, 1.0, 1.0))
             continue
         share = np.divide(
@@ -208,6 +208,5 @@ def renumbered(
         return f"{target}/{kind}_{int(number) + by}" if int(number) >= first else name
 
     return tuple(
-        replace(answer, latents=tuple(moved(name) for name in answer.latents))
-        for answer in answers
+        replace(answer, latents=tuple(moved(name) for name in answer.latents)) for answer in answers
     )

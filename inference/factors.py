@@ -165,7 +165,7 @@ def joint_posterior(
         for kernel in factor.pairs
     ]
     tables += pair_groups(gated, {name: len(values) for name, values in supports.items()})
-    tables += [answer.table() for answer in answers if answer.tells]
+    tables += [answer.table() for answer in answers if answer.informs]
     if settings > MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "

@@ -212,7 +212,9 @@ class FramePosterior:
         names = [site_name(latent.name, framed.which) for latent in data.shared]
         component = site_name(f"{target}/component", framed.which)
         own = f"{target}/frame_{framed.relation}"
-        self.answered = [f for f in joint.factors if isinstance(f, LogTable) and f.latents == (own,)]
+        self.answered = [
+            f for f in joint.factors if isinstance(f, LogTable) and f.latents == (own,)
+        ]
         self._support = joint.support(own) if self.answered else ()
         if self.answered:  # they weigh the fronts themselves, below
             others = tuple(f for f in joint.factors if f not in self.answered)

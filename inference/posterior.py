@@ -704,7 +704,8 @@ class Posterior:
         Parameters
         ----------
         description
-            What is said now, or an answer to a question: ``question.answer("...")``. Targets not known so far start from a uniform prior over the
+            What is said now, or an answer to a question: ``question.answer("...")``. Targets not
+            known so far start from a uniform prior over the
             area. Of a speaker who
             has spoken before (`Description.speaker`) it makes what was said one longer
             description; any other speaker is independent of those before.
@@ -747,7 +748,8 @@ class Posterior:
         factors = tuple(weighed if factor is known else factor for factor in self.factors)
         shifts = {
             target: (len(self._before(target, known)), len(description.about(target)))
-            for target in (targets if known else ())
+            for target in targets
+            if known is not None
         }
         after = replace(
             self,

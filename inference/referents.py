@@ -111,7 +111,10 @@ def referents_of(
                 one = phrasings.get(position)
                 found += [
                     GroundPosterior(
-                        relation, before + position, slot, candidates,
+                        relation,
+                        before + position,
+                        slot,
+                        candidates,
                         _latent(joint, one, slot, which),
                     )
                     for slot, candidates in _slots(joint, relation, one, which)
@@ -162,9 +165,7 @@ def _phrasings(factor: DescriptionFactor, text: int) -> tuple[Phrasing, ...]:
     )
 
 
-def _latent(
-    joint: JointPosterior, one: Phrasing | None, slot: int, which: int
-) -> str | None:
+def _latent(joint: JointPosterior, one: Phrasing | None, slot: int, which: int) -> str | None:
     """Return the name of the latent that tells which place a ground is."""
     choice = one.slots[slot] if one is not None and slot < len(one.slots) else None
     site = None if choice is None else site_name(choice.name, which)

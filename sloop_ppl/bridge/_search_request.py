@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sloop_ppl.bridge._formatting import asked_line, outcome_line, step_line, unresolved_lines, why_lines
+from sloop_ppl.bridge._formatting import (
+    asked_line,
+    outcome_line,
+    step_line,
+    unresolved_lines,
+    why_lines,
+)
 from sloop_ppl.bridge._replay import draw_episode
 from sloop_ppl.bridge._requests import posterior_of, saved_posterior
 from sloop_ppl.bridge._timed_utterances import read_utterances

@@ -131,6 +131,7 @@ def _place(ground: str | None, city: CityMap) -> str:
 
 
 def relation_in_words(relation: SpatialRelation, city: CityMap) -> str:
+    """Return a relation in words, such as "not 20 m north of Velvet Dog"."""
     labels = [ground_label(city, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sloop_ppl.bridge._map_check import check_map
 from sloop_ppl.bridge._timed_utterances import descriptions_of
 from sloop_ppl.bridge._tracking import BeliefTracker
 from sloop_ppl.bridge.posterior_episode import (
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from sloop_ppl.bridge.asking.questioner import Dialogue
     from sloop_ppl.planning import AskedQuestion, Episode, Motion, Sensor, Step
 
-__all__ = ["Places", "check_map", "imagined_places", "search", "search_legs"]
+__all__ = ["Places", "imagined_places", "search", "search_legs"]
 
 Places = Mapping[str, tuple[float, float]]
 
@@ -256,16 +257,6 @@ def search_legs(
     if whole is None:
         raise InputError("The posterior holds no target; expected at least one")
     return whole
-
-
-def check_map(posterior: Posterior, city: CityMap) -> None:
-    """Refuse a posterior that was made on another map."""
-    if posterior.city.digest != city.digest:
-        raise InputError(
-            f"The posterior was made on another map ('{posterior.city.name}', "
-            f"{posterior.city.grid.shape} cells); expected '{city.name}' as it is now; infer it "
-            "again on this map"
-        )
 
 
 def imagined_places(

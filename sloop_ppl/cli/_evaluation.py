@@ -195,12 +195,14 @@ def search(
             help="How many questions may be asked, such as 0,1,2; else none.", show_default=False
         ),
     ] = None,
-    question_cost: Annotated[str, typer.Option(help="What a question costs, such as 10,30.")] = "10",
+    question_cost: Annotated[
+        str, typer.Option(help="What a question costs, such as 10,30.")
+    ] = "10",
     question_steps: Annotated[int, typer.Option(help="How many steps a question takes.")] = 0,
     answerer: Annotated[
         str,
         typer.Option(
-            help="a: oracle geometry; b: another geometry with lasting errors; c: what was recorded."
+            help="a: oracle geometry; b: another one, lasting errors; c: what was recorded."
         ),
     ] = "a",
     answer_error: Annotated[float, typer.Option(help="How often answers are wrong.")] = 0.1,
@@ -264,12 +266,13 @@ def report(
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
+    from sloop_ppl.eval._question_summary import report_summary
     from sloop_ppl.eval._report import make_report, write_docs, write_report
-    from sloop_ppl.eval.results import read_results, reward_summary
+    from sloop_ppl.eval.results import read_results
 
     sweeps = [read_results(folder) for folder in folders]
     if json:
-        print_json(reward_summary(sweeps[0]))
+        print_json(report_summary(sweeps[0]))
         return
     made = make_report(sweeps, quality=quality, maps=maps)
     if docs:

@@ -121,7 +121,9 @@ def search(
         ),
     ] = None,
     questions: Annotated[int, typer.Option(help="How many questions may be asked.")] = 1,
-    question_cost: Annotated[float, typer.Option(help="What a question takes from the reward.")] = 10,
+    question_cost: Annotated[
+        float, typer.Option(help="What a question takes from the reward.")
+    ] = 10,
     question_steps: Annotated[int, typer.Option(help="How many steps a question takes.")] = 0,
     answer_error: Annotated[
         float, typer.Option(help="How often answers are wrong, or taken to be.")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from sloop_ppl.planning.environment import Environment, GridEnvironment, Outcome, Report
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
     from sloop_ppl.planning.fast import Fast, warm_up
-    from sloop_ppl.planning.information import AnswerTables, expected_bits
     from sloop_ppl.planning.files import read_episode, write_episode
+    from sloop_ppl.planning.information import AnswerTables, expected_bits
     from sloop_ppl.planning.loop import run_search
     from sloop_ppl.planning.models import (
         PublishedRollout,

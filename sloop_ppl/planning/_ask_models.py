@@ -187,8 +187,8 @@ class AskTransitionModel(TransitionModel):
             return float(next_state == self.argmax(state, action))
         if getattr(next_state, "asked", 0) != getattr(state, "asked", 0):
             return 0.0
-        plain = (SearchState(s.robot, s.cells) for s in (next_state, state))
-        return self._inner.probability(*plain, action)
+        after, before = (SearchState(s.robot, s.cells) for s in (next_state, state))
+        return self._inner.probability(after, before, action)
 
 
 class AskObservationModel(ObservationModel):
@@ -211,9 +211,7 @@ class AskObservationModel(ObservationModel):
         """Return the most probable observation."""
         if isinstance(action, AskAction):
             table = self._board.tables[action.place].p_answer
-            p = [
-                self._board.p_answer(action.place, next_state.cells, a) for a in range(len(table))
-            ]
+            p = [self._board.p_answer(action.place, next_state.cells, a) for a in range(len(table))]
             return AnswerObservation(self._n, next_state.robot.found, int(np.argmax(p)))
         return self._inner.argmax(next_state, action)
 

@@ -8,14 +8,13 @@ drawn, so the same path and the same cells are compared with and without the ans
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.planning._path_map import detection_masses
 from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.information import AnswerTables
 from sloop_ppl.planning.path_search import RunningPathSearch
@@ -59,7 +58,6 @@ class AskValue(NamedTuple):
     bits: float
 
 
-@dataclass
 class ReturnEstimator:
     """Expected discounted returns of beliefs in one search space.
 
@@ -69,9 +67,8 @@ class ReturnEstimator:
         The search space; one whose sensor sees a mask.
     """
 
-    space: SearchSpace
-
-    def __post_init__(self) -> None:
+    def __init__(self, space: SearchSpace) -> None:
+        self.space = space
         self._running: dict[int, RunningPathSearch] = {}
 
     def expected_return(self, belief: GridBelief, sims: int) -> float:
@@ -147,8 +144,8 @@ class ReturnEstimator:
         if without is None:
             without = self.expected_return(belief, sims)
         expected = 0.0
-        for p, table, tells in answered(belief, question):
-            if not tells:
+        for p, table, informs in answered(belief, question):
+            if not informs:
                 expected += p * without
                 continue
             after = belief.replaced({**belief.tables, question.target: table})
@@ -157,9 +154,7 @@ class ReturnEstimator:
         return later * expected - question.cost - without
 
 
-def question_bits(
-    belief: GridBelief, questions: Sequence[QuestionTable]
-) -> NDArray[np.float64]:
+def question_bits(belief: GridBelief, questions: Sequence[QuestionTable]) -> NDArray[np.float64]:
     """Return the expected information of each question, bits, shape (Q,)."""
     tables, found = belief.tables, np.zeros(len(questions))
     for target in belief.space.target_ids:

@@ -81,9 +81,7 @@ class Dialogue:
     def _estimator(self) -> ReturnEstimator:
         return ReturnEstimator(self._space)
 
-    def choose(
-        self, agent: Agent, running: RunningPlanner, step: int
-    ) -> tuple[Any, Any]:
+    def choose(self, agent: Agent, running: RunningPlanner, step: int) -> tuple[Any, Any]:
         """Return the planner's next action, or ask first, as often as that is worth it.
 
         Returns

@@ -222,7 +222,11 @@ class Episode(ByValue):
             ],
             "rewards": list(self.rewards),
             **({"notes": list(self.notes)} if self.notes else {}),
-            **({"questions": [_told(q) for q in self.questions]} if self.questions else {}),
+            **(
+                {"questions": [_question_record(q) for q in self.questions]}
+                if self.questions
+                else {}
+            ),
             **({"imagined": list(self.imagined)} if self.imagined else {}),
             "found": self.found,
             "found_targets": list(self.found_targets),
@@ -231,7 +235,7 @@ class Episode(ByValue):
         }
 
 
-def _told(question: AskedQuestion) -> dict[str, Any]:
+def _question_record(question: AskedQuestion) -> dict[str, Any]:
     """Return a question as ``sloop search --json`` prints it."""
     return {
         "step": question.step,

@@ -140,9 +140,7 @@ def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]
     return [shown[right] for right in sorted(shown, reverse=True)], discs
 
 
-def draw_questions(
-    ax: Axes, poses: Sequence[tuple[float, ...]], questions: Sequence[Any]
-) -> Any:
+def draw_questions(ax: Axes, poses: Sequence[tuple[float, ...]], questions: Sequence[Any]) -> Any:
     """Mark with a question mark where the robot was when something was asked; return a handle."""
     from matplotlib.lines import Line2D
 

@@ -1,4 +1,4 @@
-"""The Python of docs/asking.md runs as it stands: the program finds out that it misread a sentence."""
+"""The Python of docs/asking.md runs as it stands: the program finds that it misread a sentence."""
 
 from __future__ import annotations
 

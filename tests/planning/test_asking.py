@@ -173,7 +173,8 @@ def test_nothing_is_asked_that_tells_nothing_or_costs_too_much():
         assert questioner.asked == []
 
 
-def models(left=2, tables=(which(), which(error=0.25, cost=3.0, name="again?"))):
+def models(left=2):
+    tables = which(), which(error=0.25, cost=3.0, name="again?")
     space = SearchSpace.of_city(CITY, ("T",), SearchConfig())
     rng = scalar_rng(np.random.default_rng(0))
     board = QuestionBoard(space, left)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from sloop_ppl.bridge.asking.before_search import Conversation, converse
     from sloop_ppl.bridge.asking.candidates import CandidateQuestions, ask
     from sloop_ppl.bridge.asking.kinds import QUESTION_KINDS, Proposal, list_question_kinds
+    from sloop_ppl.bridge.asking.landmark_salience import salience
     from sloop_ppl.bridge.asking.question import Answer, Question, QuestionValue
     from sloop_ppl.bridge.asking.questioner import Dialogue, PosteriorQuestioner
-    from sloop_ppl.bridge.asking.landmark_salience import salience
     from sloop_ppl.bridge.asking.scene import Scene
 
 __all__ = [

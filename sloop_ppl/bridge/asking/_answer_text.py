@@ -25,6 +25,12 @@ _FILLER = re.compile(
     r"it’s|that is|that's|i am|i'm|i mean|on|in|at|to|the|it|is|by|a|an|its)\s+|"
     r"\s+(?:of it|side|of them|one|please|i think|i guess)$"
 )
+_EMPHASIS = frozenset(
+    ("definitely", "certainly", "surely", "clearly", "nearer", "closer", "nearest", "close", "near",
+     "more", "rather", "mostly", "mainly", "slightly", "roughly", "about", "just", "to", "the", "is",
+     "it", "its", "it's", "side", "end", "part", "one", "i", "think", "guess", "believe", "maybe",
+     "probably", "of", "them")
+)  # fmt: skip
 
 
 class Choice(NamedTuple):
@@ -65,14 +71,14 @@ def chosen(text: str, options: Sequence[str], others: Sequence[str] = ()) -> Cho
     >>> chosen("no idea", ("north", "south")).kind
     'unknown'
     """
-    said = _plain(text)
-    if _UNKNOWING.fullmatch(said):
+    words = _plain(text)
+    if _UNKNOWING.fullmatch(words):
         return Choice("unknown")
     known = [_plain(option) for option in options]
-    found = _whole(said, known, [_plain(other) for other in others])
+    found = _whole(words, known, [_plain(other) for other in others])
     if found is not None:
         return found
-    parts = re.split(r"\s*(?:[,;.]| and | but )\s*", said, maxsplit=1)
+    parts = re.split(r"\s*(?:[,;.]| and | but )\s*", words, maxsplit=1)
     if len(parts) == 2 and parts[0]:
         first = _whole(parts[0], known, [_plain(other) for other in others])
         if first is not None:
@@ -82,24 +88,26 @@ def chosen(text: str, options: Sequence[str], others: Sequence[str] = ()) -> Cho
     return None
 
 
-def _whole(said: str, options: Sequence[str], others: Sequence[str]) -> Choice | None:
+def _whole(words: str, options: Sequence[str], others: Sequence[str]) -> Choice | None:
     """Return what words choose, taken as a whole."""
-    bare = _bare(said)
-    for words in dict.fromkeys((said, bare)):
-        if words in options:
-            return Choice("option", options.index(words))
-        if words.isdigit() and 1 <= int(words) <= len(options):
-            return Choice("option", int(words) - 1)
-        if options[:2] == ["yes", "no"] and words in (*_YES, *_NO):
-            return Choice("option", 0 if words in _YES else 1)
-        if words in others:
-            return Choice("other", others.index(words))
-        if words in _NEITHER:
+    bare = _bare(words)
+    for form in dict.fromkeys((words, bare)):
+        if form in options:
+            return Choice("option", options.index(form))
+        if form.isdigit() and 1 <= int(form) <= len(options):
+            return Choice("option", int(form) - 1)
+        if options[:2] == ["yes", "no"] and form in (*_YES, *_NO):
+            return Choice("option", 0 if form in _YES else 1)
+        if form in others:
+            return Choice("other", others.index(form))
+        if form in _NEITHER:
             place = next((i for i, o in enumerate(options) if o in _OTHERS), None)
             if place is not None:
                 return Choice("option", place)
-            return Choice("other", others.index("neither")) if "neither" in others else Choice(
-                "unknown"
+            return (
+                Choice("other", others.index("neither"))
+                if "neither" in others
+                else Choice("unknown")
             )
     if bare.startswith("not ") and (inner := _whole(bare[4:], options, ())) is not None:
         return Choice("not", inner.place) if inner.kind == "option" else None
@@ -111,12 +119,13 @@ def _whole(said: str, options: Sequence[str], others: Sequence[str]) -> Choice |
     longest = [i for i in held if not any(_holds(bare_options[j], bare_options[i])
                                           for j in held if j != i)]  # fmt: skip
     # "the tower" of "Chase Bank Tower": a part of one option's words and of no other's.
-    words = set(bare.split())
-    parts = [i for i, option in enumerate(bare_options) if words and words <= set(option.split())]
+    own = set(bare.split())
+    parts = [i for i, option in enumerate(bare_options) if own and own <= set(option.split())]
     if len(parts) == 1 and not held:
         return Choice("option", parts[0])
-    room = sum(len(o.split()) for i, o in enumerate(bare_options) if i in longest[:1]) + 3
-    if len(longest) == 1 and len(bare.split()) <= room and not re.search(r"\bnot\b", bare):
+    # Nothing but emphasis round it: "south of the church" is a sentence of its own.
+    rest = set(bare.split()).difference(*(bare_options[i].split() for i in longest[:1]))
+    if len(longest) == 1 and rest <= _EMPHASIS:
         return Choice("option", longest[0])
     return None
 

@@ -104,8 +104,8 @@ def streets(scene: Scene) -> Iterator[Proposal]:
     if len(labels) < 2:
         return
     nearest = _nearest(scene, list(labels.values()))
-    mass = np.bincount(nearest, weights=scene.belief(), minlength=len(labels))
-    mass /= max(mass.sum(), 1e-300)
+    masses = np.bincount(nearest, weights=scene.belief(), minlength=len(labels)).astype(np.float64)
+    mass = masses / max(float(masses.sum()), 1e-300)
     order = [k for k in np.argsort(-mass, kind="stable") if mass[k] >= _LEAST_SHARE]
     kept = [int(k) for k in order[:_MOST_STREETS]]
     if len(kept) < 2:
@@ -133,9 +133,7 @@ def streets(scene: Scene) -> Iterator[Proposal]:
 
 def _by_distance(scene: Scene, among: list, x: float, y: float) -> list:  # type: ignore[type-arg]
     found = [(m, scene.city.nearest(x, y, [m])) for m in among]
-    return sorted(
-        ((m, near[1]) for m, near in found if near is not None), key=lambda pair: pair[1]
-    )
+    return sorted(((m, near[1]) for m, near in found if near is not None), key=lambda pair: pair[1])
 
 
 def _nearest(scene: Scene, groups: list[list[str]]) -> NDArray[np.intp]:

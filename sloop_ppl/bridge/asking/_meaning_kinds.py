@@ -57,12 +57,12 @@ def referents(scene: Scene) -> Iterator[Proposal]:
             tuple(kept),
             about="referent",
             latent=name,
-            said=_text(scene, name),
+            described_in=_text(scene, name),
         )
 
 
 def _labels(scene: Scene, places: Sequence[str]) -> list[str]:
-    """Return a word for each place, with the compass point on the map where a name is not enough."""
+    """Return a word for each place, with its side where a name is not enough."""
     names = [scene.city.landmark(place).name for place in places]
     found = []
     for place, name in zip(places, names, strict=True):
@@ -84,10 +84,10 @@ def _words(scene: Scene, ground: GroundPosterior) -> str:
     """Return the words of a mention as they were said."""
     spans = ground.relation.spans
     for description in scene.posterior.descriptions:
-        if ground.relation in description.relations and spans is not None:
-            if ground.slot < len(spans.grounds):
-                start, end = spans.grounds[ground.slot]
-                return f"“{description.text[start:end]}”"
+        known = ground.relation in description.relations
+        if known and spans is not None and ground.slot < len(spans.grounds):
+            start, end = spans.grounds[ground.slot]
+            return f"“{description.text[start:end]}”"
     return f"“{relation_in_words(ground.relation, scene.city)}”"
 
 
@@ -134,7 +134,7 @@ def readings(scene: Scene) -> Iterator[Proposal]:
                         tuple(g for g in relation.grounds if g in scene.city),
                         about="reading",
                         latent=site,
-                        said=description.text,
+                        described_in=description.text,
                     )
 
 
@@ -182,5 +182,5 @@ def frames(scene: Scene) -> Iterator[Proposal]:
             (ground,),
             about="frame",
             latent=name,
-            said=posterior.factors[framed.which].descriptions[0].text,
+            described_in=posterior.factors[framed.which].descriptions[0].text,
         )

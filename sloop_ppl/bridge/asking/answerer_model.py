@@ -116,7 +116,8 @@ class AnswererModel:
         off = np.abs((bearing_rad - centres[:, None] + np.pi) % (2 * np.pi) - np.pi)
         sigma = np.radians(self.angle_deg)
         seen: Table = ndtr((np.pi / 4 - off) / sigma)
-        return seen / seen.sum(0)
+        found: Table = seen / seen.sum(0)
+        return found
 
     def dont_know_of(self, salience: float) -> float:
         """Return the probability of "I don't know" about landmarks of a salience in [0, 1]."""
@@ -148,7 +149,7 @@ class AnswererModel:
         numpy.ndarray
             Shape (A + 1, V), columns sum to one.
         """
-        said = self.options(truth)
+        options = self.options(truth)
         silent = np.full((1, truth.shape[1]), dont_know)
-        table: Table = np.concatenate([(1.0 - dont_know) * said, silent])
+        table: Table = np.concatenate([(1.0 - dont_know) * options, silent])
         return table

@@ -156,7 +156,7 @@ def _turn(before: Posterior, question: Question, text: str | AnswerFactor) -> Tu
         return Turn(question, words, before, "not believed: it excludes all else")
     except InputError:
         return Turn(question, words, before, "not understood")
-    doubted = [c for c in after.checked_answers() if c.factor.tells and c.p < 0.5]
+    doubted = [c for c in after.checked_answers() if c.factor.informs and c.p < 0.5]
     note = "; ".join(f"doubted: “{c.factor.answer}”, right with {c.p:.2f}" for c in doubted)
     return Turn(question, words, after, note)
 

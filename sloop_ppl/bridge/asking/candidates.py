@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.bridge._map_check import check_map
 from sloop_ppl.bridge.asking.answerer_model import AnswererModel
 from sloop_ppl.bridge.asking.kinds import QUESTION_KINDS, Proposal
-from sloop_ppl.bridge.asking.question import DONT_KNOW, Answer, Question, by_cell
 from sloop_ppl.bridge.asking.landmark_salience import saliences
+from sloop_ppl.bridge.asking.question import DONT_KNOW, Answer, Question, by_cell
 from sloop_ppl.bridge.asking.scene import Scene
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.planning.information import AnswerTables
@@ -88,12 +89,10 @@ def ask(
     >>> import sloop_ppl as sloop
     >>> city = sloop.load_map("cleveland")
     >>> posterior = sloop.infer("the red bike is behind Ivy", city)
-    >>> question, = sloop.ask(posterior, city, n=1)
+    >>> (question,) = sloop.ask(posterior, city, n=1)
     >>> question.about, round(sum(answer.p for answer in question.answers), 9)
     ('cell', 1.0)
     """
-    from sloop_ppl.bridge.searching import check_map
-
     check_map(posterior, city)
     if n < 1:
         raise InputError(f"n is {n}; expected at least one question")
@@ -205,7 +204,8 @@ class CandidateQuestions:
             weights = new if self.cells is None else weights * ratio
             weights = weights / max(float(weights.sum()), 1e-300)
         # "I don't know" tells nothing, wherever the target is.
-        return self._tables.bits(weights) * self._knows
+        bits: Table = self._tables.bits(weights) * self._knows
+        return bits
 
     def best(self, n: int, belief: Table | None = None) -> list[int]:
         """Return the positions of n candidates, the best of each kind first; see `bits`."""
@@ -239,7 +239,7 @@ class CandidateQuestions:
             person=self.person,
             dont_know=candidate.dont_know,
             others={name: row(self.scene) for name, row in proposal.others.items()},
-            said=proposal.said,
+            described_in=proposal.described_in,
             posterior=posterior,
         )
 

@@ -48,7 +48,7 @@ class Proposal:
     others
         Answers that are not offered but understood -> the same as `table` returns for one, shape
         (V,): "neither" of "nearer to A or to B?".
-    said
+    described_in
         Text of the description whose latent it is; empty for a cell.
     """
 
@@ -59,7 +59,7 @@ class Proposal:
     about: About = "cell"
     latent: str | None = None
     others: Mapping[str, Callable[[Scene], Table]] = field(default_factory=dict)
-    said: str = ""
+    described_in: str = ""
 
 
 QuestionKind: TypeAlias = "Callable[[Scene], Iterable[Proposal]]"

@@ -1,4 +1,4 @@
-"""Which landmarks a person can be asked about: how well one is named, and how much it stands out."""
+"""Which landmarks a person can be asked about: how well one is named, how much it stands out."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def _nameability(city: CityMap, landmark: Landmark) -> float:
     score = 0.5 if landmark.properties.get("name_is_guess") else 1.0
     score *= 0.4 if counts[name.casefold()] > 1 else 1.0
     is_long = len(name.split()) > _LONG_NAME or not any(letter.isalpha() for letter in name)
-    return score * (0.7 if is_long else 1.0)
+    return float(score * (0.7 if is_long else 1.0))
 
 
 def _prominence(city: CityMap, landmark: Landmark) -> float:
     west, south, east, north = city.footprint(landmark.id).bounds
-    size = min(max(east - west, north - south) / _FULL_SIZE_M, 1.0)
+    size = min(float(max(east - west, north - south)) / _FULL_SIZE_M, 1.0)
     return _PROMINENCE.get(landmark.kind, 0.5) * (0.5 + 0.5 * size)
 
 

@@ -97,7 +97,7 @@ class Question:
         Probability of "I don't know".
     others
         Answers that are not offered but understood -> how far they are true, shape (V,).
-    said
+    described_in
         Text of the description whose latent it asks for; empty for a cell.
     posterior
         What was believed when it was asked.
@@ -116,7 +116,7 @@ class Question:
     person: AnswererModel
     dont_know: float
     others: Mapping[str, Table]
-    said: str
+    described_in: str
     posterior: Posterior = field(repr=False)
 
     def __repr__(self) -> str:
@@ -223,7 +223,7 @@ class Question:
             supports=(self.support,),
             likelihood=np.clip(likelihood, _LEAST, 1.0),
             meant=np.clip(meant, 0.0, 1.0),
-            text=self.said,
+            text=self.described_in,
             description=rest,
         )
 
@@ -281,7 +281,9 @@ class Question:
         return names[0] if names else self.target
 
     def _expected(self) -> str:
-        return f"one of: {', '.join(self.options)}, {DONT_KNOW}; or a sentence that says where it is"
+        return (
+            f"one of: {', '.join(self.options)}, {DONT_KNOW}; or a sentence that says where it is"
+        )
 
 
 def by_cell(posterior: Posterior, target: str, latent: str, table: Table) -> Table:

@@ -147,19 +147,18 @@ class PosteriorQuestioner:
         asked = self._offered[question.name]
         self._asked.append(asked.text)
         try:
-            text = self._dialogue.answerer.answer(asked)
+            answer = self._dialogue.answerer.answer(asked)
         except Exception as error:  # whoever answers may be any program; the search goes on
             note = f"no answer: {on_one_line(str(error) or type(error).__name__, 120)}"
             self._notify(f"     asked: “{asked.text}” {note}; the search goes on")
             return Reply(None, None, goes_on=False, note=note)
-        if text is None:
+        if answer is None:
             self._notify(f"     asked: “{asked.text}” no answer; the search goes on")
             return Reply(None, None, goes_on=False, note="no answer")
-        given = text if isinstance(text, AnswerFactor) else None
-        text = text if given is None else given.answer
+        text = answer.answer if isinstance(answer, AnswerFactor) else answer
         self._notify(f"     asked: “{asked.text}” answered: “{on_one_line(text, 120)}”")
         try:
-            factor = asked.answer(text) if given is None else given
+            factor = answer if isinstance(answer, AnswerFactor) else asked.answer(answer)
             note = self._take(factor)
         except InputError as error:  # BeliefCollapse is one
             is_excluded = isinstance(error, BeliefCollapse)
@@ -173,9 +172,7 @@ class PosteriorQuestioner:
         }
         return Reply(text, beliefs, note=note)
 
-    def _chosen(
-        self, candidates: CandidateQuestions, belief: NDArray[np.float64]
-    ) -> list[int]:
+    def _chosen(self, candidates: CandidateQuestions, belief: NDArray[np.float64]) -> list[int]:
         choose = self._dialogue.choose
         if choose is None:
             return candidates.best(_OFFERED, belief)
@@ -186,7 +183,7 @@ class PosteriorQuestioner:
         """Take an answer in; return what is to be said of it."""
         self._tracker.update(factor)
         checked = self._tracker.posterior.checked_answers()
-        doubted = [one for one in checked if one.factor.tells and one.p < 0.5]
+        doubted = [one for one in checked if one.factor.informs and one.p < 0.5]
         note = ""
         for one in doubted:
             if one.factor is factor:

@@ -73,8 +73,8 @@ class Scene:
         """
         city = posterior.city
         if landmarks is None:
-            said = {g for r in posterior.relations(target) for g in r.grounds if g in city}
-            landmarks = askable_landmarks(city, posterior.belief(target), said, most)
+            mentioned = {g for r in posterior.relations(target) for g in r.grounds if g in city}
+            landmarks = askable_landmarks(city, posterior.belief(target), mentioned, most)
         return cls(posterior, target, landmarks, person=person or AnswererModel())
 
     def at(self, cells: NDArray[np.intp] | None) -> Scene:
@@ -106,7 +106,7 @@ class Scene:
         return self._kept[key]
 
     def _log_distances(self, landmark: str) -> tuple[Table, Table]:
-        """Return logarithms of metres to the nearest edge and to the middle, from half a cell on."""
+        """Return logarithms of metres to nearest edge and middle, from half a cell on."""
         key, other = ("log distance", landmark), ("log from middle", landmark)
         if key not in self._kept:
             least = self.city.grid.cell_m / 2
@@ -117,14 +117,12 @@ class Scene:
         return self._kept[key], self._kept[other]
 
     def farther(self, landmark: str, than_m: float) -> Table:
-        """Return how probably the person finds each cell farther than so many metres, shape (S,)."""
+        """Return how probably each cell is found farther than so many metres, shape (S,)."""
         edge, middle = self._log_distances(landmark)
-        return self._mixed(
-            lambda log_m: self.person.farther(log_m, math.log(than_m)), edge, middle
-        )
+        return self._mixed(lambda log_m: self.person.farther(log_m, math.log(than_m)), edge, middle)
 
     def nearer_to_other(self, landmark: str, other: str) -> Table:
-        """Return how probably the person finds each cell nearer to another landmark, shape (S,)."""
+        """Return how probably each cell is found nearer to another landmark, shape (S,)."""
         pairs = zip(self._log_distances(landmark), self._log_distances(other), strict=True)
         edge, middle = (one - two for one, two in pairs)
         return self._mixed(lambda ratio: self.person.farther(ratio, 0.0), edge, middle)
@@ -154,7 +152,7 @@ class Scene:
         return self._kept[key]
 
     def quarters(self, landmark: str) -> Table:
-        """Return how probably each cell is seen north, east, south or west of a landmark, (4, S)."""
+        """Return how probably cells are seen north, east, south, west of it, shape (4, S)."""
 
         def make() -> Table:
             usual, share = self.bearing_rad(landmark), self.person.other_geometry
@@ -190,7 +188,9 @@ class Scene:
         first, _, rest = name.partition(" ")
         if first.casefold() in ("my", "our"):
             return f"your {rest}"
-        return name if not names or first.casefold() in ("the", "a", "his", "her") else f"the {name}"
+        return (
+            name if not names or first.casefold() in ("the", "a", "his", "her") else f"the {name}"
+        )
 
     def _own(self, table: NDArray[np.float64]) -> Table:
         flat = np.asarray(table, dtype=np.float64).reshape(-1)

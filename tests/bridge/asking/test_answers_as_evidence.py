@@ -158,7 +158,12 @@ def test_of_contradictory_answers_the_less_probable_is_doubted():
 
     def answered(row, text):
         return AnswerFactor(
-            "East or west?", text, (f"{TARGET}/cell",), (range(GRID.size),), p[row], 0.9 * truth[row]
+            "East or west?",
+            text,
+            (f"{TARGET}/cell",),
+            (range(GRID.size),),
+            p[row],
+            0.9 * truth[row],
         )
 
     post = posterior(said(relation("near", "House")))  # which lies in the east

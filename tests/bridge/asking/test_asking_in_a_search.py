@@ -231,7 +231,7 @@ def test_answers_from_another_thread(posterior):
     assert asker.answer(question) == question.options[0]
     thread.join()
     assert set(seen[0]) == {"text", "about", "kind", "target", "bits", "answers"}
-    with pytest.raises(InputError, match="No answer came within 0.01 s"):
+    with pytest.raises(InputError, match=r"No answer came within 0\.01 s"):
         QueueAnswerer(questions, answers, timeout_s=0.01).answer(question)
 
 

@@ -52,9 +52,7 @@ def entropy(*p):
 def test_information_by_hand():
     # Quarters of a square about its middle: four answers as probable, noise of an error of 0.1.
     (question,) = ask(uniform(), CITY, 1, kinds=["side"], person=EXACT, landmarks=["Tower"])
-    assert question.text == (
-        "On which side of Old Tower is RedCar: north, east, south or west?"
-    )
+    assert question.text == ("On which side of Old Tower is RedCar: north, east, south or west?")
     noise = entropy(0.9, *[0.1 / 3] * 3)
     assert [a.text for a in question.answers] == ["north", "east", "south", "west"]
     p = [a.p for a in question.answers]
@@ -104,7 +102,7 @@ def test_the_winner_is_exact_and_the_same_on_a_map_too_large_to_compare_everywhe
 def test_bits_follow_the_belief_of_later():
     post = uniform()
     candidates = CandidateQuestions(post, TARGET, person=EXACT, kinds=["side"])
-    tower = [k for k, text in enumerate(candidates.texts()) if "Tower" in text][0]
+    tower = next(k for k, text in enumerate(candidates.texts()) if "Tower" in text)
     assert candidates.bits()[tower] > 1
     north = np.zeros(GRID.shape)
     north[15:, 10] = 1 / 6
@@ -155,7 +153,7 @@ def test_answers_in_other_words(text, option):
 def test_not_knowing_neither_and_not():
     (side,) = ask(uniform(), CITY, 1, kinds=["side"], landmarks=["Tower"])
     for words in ("I don't know", "no idea, sorry", "not sure", "dunno", "I do not remember"):
-        assert side.answer(words).tells is False
+        assert side.answer(words).informs is False
     denied, said_so = side.answer("not north").likelihood, side.answer("north").likelihood
     np.testing.assert_allclose(denied + said_so, 1 - side.dont_know, atol=1e-12)
     (nearer,) = ask(uniform(), CITY, 1, kinds=["nearer"], landmarks=["Tower", "Mill"])
@@ -170,7 +168,7 @@ def test_unforeseen_answers_are_read_like_any_sentence():
     post = sloop.infer("the red bike is near Ivy", where)
     question = ask(post, where, 1)[0]
     free = question.answer("it is next to the Bradley")
-    assert not free.tells
+    assert not free.informs
     assert [(r.relation, r.grounds) for r in free.description.relations] == [
         ("next", ("TheBradley",))
     ]
@@ -178,8 +176,11 @@ def test_unforeseen_answers_are_read_like_any_sentence():
     np.testing.assert_allclose(
         after.belief("RedBike"), post.update(free.description).belief("RedBike"), atol=1e-14
     )
+    side = ask(post, where, 1, kinds=["side"], landmarks=["Ivy"])[0]
+    assert not side.answer("south of the Bradley").informs  # it is not south of Ivy that was meant
+    assert side.answer("definitely south").informs
     both = question.answer(f"{question.options[0]}, on West 6th Street")
-    assert both.tells
+    assert both.informs
     assert both.description.relations[0].grounds == ("West6thSt",)
 
 
@@ -199,8 +200,13 @@ def test_salience_is_by_name_kind_and_size():
         Landmark("A", "park", shapely.box(-50, 0, -20, 30), name="Green"),
         Landmark("B", "poi", shapely.Point(5, 40), name="Bank"),
         Landmark("C", "poi", shapely.Point(-5, 40), name="Bank"),
-        Landmark("D", "building", shapely.box(0, 40, 8, 48), name="Guess", properties={
-            "name_is_guess": True}),  # fmt: skip
+        Landmark(
+            "D",
+            "building",
+            shapely.box(0, 40, 8, 48),
+            name="Guess",
+            properties={"name_is_guess": True},
+        ),
     )
     assert salience(twin, "Shed") == 0
     assert salience(twin, "A") == 1.0
