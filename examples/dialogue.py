@@ -55,10 +55,9 @@ def main(out: Path, smoke: bool = False) -> Result:
     city = sloop.load_map("cleveland")
     before = sloop.infer(TEXT, city)
     person = Remembering(SimulatedAnswerer(PLACE, error=0.0, rng=np.random.default_rng(1)))
-    sims = 100 if smoke else 1000
     episodes = [
         sloop.search(
-            before, city, PLACE, start=START, sims=sims, rng=np.random.default_rng(0),
+            before, city, PLACE, start=START, rng=np.random.default_rng(0),
             dialogue=dialogue,
         )
         for dialogue in (Dialogue(person, most=2, cost=10.0), None)
@@ -79,7 +78,7 @@ def main(out: Path, smoke: bool = False) -> Result:
         plot_search(episode, city, ax=ax)
     axes[5].set_axis_off()
     figure.suptitle(f"“{TEXT}”")
-    save_figure(figure, out, dpi=70)
+    save_figure(figure, out, dpi=40 if smoke else 70)
     result = Result(
         tuple(q.text for q in asking.questions),
         tuple(str(q.answer) for q in asking.questions),

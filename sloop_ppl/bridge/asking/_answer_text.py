@@ -27,8 +27,8 @@ _FILLER = re.compile(
 )
 _EMPHASIS = frozenset(
     ("definitely", "certainly", "surely", "clearly", "nearer", "closer", "nearest", "close", "near",
-     "more", "rather", "mostly", "mainly", "slightly", "roughly", "about", "just", "to", "the", "is",
-     "it", "its", "it's", "side", "end", "part", "one", "i", "think", "guess", "believe", "maybe",
+     "more", "rather", "mostly", "mainly", "slightly", "roughly", "about", "just", "to", "the",
+     "is", "it", "its", "side", "end", "part", "one", "i", "think", "guess", "believe", "maybe",
      "probably", "of", "them")
 )  # fmt: skip
 
