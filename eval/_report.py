@@ -14,6 +14,7 @@ from sloop_ppl.eval._examples import EXAMPLES
 from sloop_ppl.eval._inventory import map_finder
 from sloop_ppl.eval._paper_tables import frame_table, table_one, table_two
 from sloop_ppl.eval._quality_report import quality_section
+from sloop_ppl.eval._question_summary import question_table
 from sloop_ppl.eval._report_figures import completed_figure, reward_figure
 from sloop_ppl.eval._reward_tables import (
     comparison_table,
@@ -108,6 +109,8 @@ def make_report(
             lambda: reward_figure(main),
         ),
     ]
+    if "asking" in main.manifest:
+        parts += ["### Questions", question_table(main)]
     if len(main.models) > 1:
         parts += ["### Comparisons", comparison_table(main)]
     parts += [

@@ -35,6 +35,13 @@ class TrialRecord(Struct, frozen=True):
     start_x_m: Number
     start_y_m: Number
     seconds: Seconds
+    questions: Count = 0
+    question_cost: Seconds = 0.0
+    asked: Count = 0
+    gross_reward: Number | None = None
+    expected_bits: Number = 0.0
+    realised_bits: Number = 0.0
+    log_score: Number | None = None
 
 
 class _RelationRecord(Struct, frozen=True):

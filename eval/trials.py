@@ -45,6 +45,10 @@ class TrialKey:
         How far the sensor sees, cells.
     start
         Number of the start, from 0.
+    questions
+        How many questions may be asked.
+    question_cost
+        What each costs; 0 where none may be asked.
     """
 
     description: str
@@ -52,6 +56,8 @@ class TrialKey:
     model: str
     range_cells: float
     start: int
+    questions: int = 0
+    question_cost: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,17 @@ class Trial:
         Where the robot began, x and y in metres.
     seconds
         Wall time of the search; two runs of a trial differ in nothing else.
+    asked
+        Questions that were asked.
+    gross_reward
+        Sum of the discounted rewards without the costs of questions; None in a sweep that does not
+        ask.
+    expected_bits, realised_bits
+        Expected information of the questions, and by how many bits the belief in the true cell
+        rose by their answers.
+    log_score
+        Natural log of the belief at the true cell before the search; None in a sweep that does not
+        ask.
     """
 
     key: TrialKey
@@ -87,6 +104,11 @@ class Trial:
     reward: float
     start_m: tuple[float, float]
     seconds: float
+    asked: int = 0
+    gross_reward: float | None = None
+    expected_bits: float = 0.0
+    realised_bits: float = 0.0
+    log_score: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as one flat JSON object."""
@@ -102,6 +124,11 @@ class Trial:
             "start_x_m": x,
             "start_y_m": y,
             "seconds": self.seconds,
+            "asked": self.asked,
+            "gross_reward": self.gross_reward,
+            "expected_bits": self.expected_bits,
+            "realised_bits": self.realised_bits,
+            "log_score": self.log_score,
         }
 
     @classmethod
@@ -119,7 +146,13 @@ class Trial:
             raise InputError(f"is no trial ({fault})") from fault
         return cls(
             key=TrialKey(
-                known.description, known.target, known.model, known.range_cells, known.start
+                known.description,
+                known.target,
+                known.model,
+                known.range_cells,
+                known.start,
+                known.questions,
+                known.question_cost,
             ),
             map=known.map,
             configuration=known.configuration,
@@ -129,6 +162,11 @@ class Trial:
             reward=known.reward,
             start_m=(known.start_x_m, known.start_y_m),
             seconds=known.seconds,
+            asked=known.asked,
+            gross_reward=known.gross_reward,
+            expected_bits=known.expected_bits,
+            realised_bits=known.realised_bits,
+            log_score=known.log_score,
         )
 
 

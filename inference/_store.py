@@ -22,6 +22,7 @@ from sloop_ppl._cell_axes import by_coordinate
 from sloop_ppl._foreign import parse_json
 from sloop_ppl._records import Text, checked
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference.answers import AnswerFactor
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
@@ -50,7 +51,7 @@ _SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1,
 """Section of a file -> its version. A reader refuses versions it does not know, section by
 section, and passes over sections it does not know, so that a later latent needs no new format."""
 
-_OPTIONAL = {"area": 1, "digest": 1}
+_OPTIONAL = {"answers": 1, "area": 1, "digest": 1}
 """Sections that a file may lack: without an area it is the map; earlier files have no digest."""
 
 _DIGESTED = (
@@ -74,6 +75,7 @@ class _Attributes(msgspec.Struct, frozen=True):
     engine_options: Text
     tables_digest: Text | None = None
     area_wkt: Text | None = None
+    answers: Text = "[]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,8 @@ class StoredPosterior:
         The descriptions, weighed.
     area
         Where targets are searched for; the whole map when None.
+    answers
+        What was answered to questions.
     """
 
     city: CityMap
@@ -99,6 +103,7 @@ class StoredPosterior:
     factors: tuple[DescriptionFactor, ...]
     log_sensed: Mapping[str, Table]
     area: SearchArea | None = None
+    answers: tuple[AnswerFactor, ...] = ()
 
 
 def to_dataset(
@@ -129,6 +134,7 @@ def to_dataset(
         factors[entry, : len(rows)] = rows
     cells = ("y", "x")
     sections = {**_SECTIONS, "digest": 1, **({"area": 1} if parts.area else {})}
+    sections |= {"answers": 1} if parts.answers else {}
     made = xarray.Dataset(
         {
             "belief": (("target", *cells), over_cells(beliefs)),
@@ -163,6 +169,7 @@ def to_dataset(
             "truths": json.dumps([f.data.truths for f in parts.factors]),
             "map_geojson": json.dumps(to_geojson(parts.city)),
             **({"area_wkt": parts.area.polygon.wkt} if parts.area else {}),
+            **({"answers": _answers_json(parts.answers)} if parts.answers else {}),
         },
     )
     return made.assign_attrs(tables_digest=tables_digest(made))
@@ -242,7 +249,7 @@ def load_parts(path: str | Path) -> StoredPosterior:
     try:
         sections = parse_json(data.attrs["sections"])
         _check_sections(sections)
-        return _from_dataset(data, "digest" in sections)
+        return _from_dataset(data, "digest" in sections, "answers" in sections)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
     except Exception as error:  # whatever a damaged part makes its reader raise
@@ -271,7 +278,7 @@ def _check_sections(found: Any) -> None:
             )
 
 
-def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
+def _from_dataset(data: xarray.Dataset, has_digest: bool, has_answers: bool) -> StoredPosterior:
     attributes = _attributes(data)
     city = from_geojson(parse_json(attributes.map_geojson))
     data = by_coordinate(data, "its tables have other cells than its map", city.grid)
@@ -317,6 +324,7 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
         factors=tuple(factors),
         log_sensed={t: _cells(data["log_sensed"], t) for t in targets},
         area=_area(attributes.area_wkt, city),
+        answers=_answers(attributes.answers) if has_answers else (),
     )
 
 
@@ -361,6 +369,54 @@ def _area(wkt: str | None, city: CityMap) -> SearchArea | None:
     except shapely.errors.ShapelyError as error:
         raise InputError(f"its area is no polygon: {error}") from error
     return search_area(polygon, city.grid)
+
+
+def _answers_json(answers: tuple[AnswerFactor, ...]) -> str:
+    """Return answers as JSON; of a latent that is a cell the number of cells stands for all."""
+    return json.dumps(
+        [
+            {
+                "question": answer.question,
+                "answer": answer.answer,
+                "latents": list(answer.latents),
+                "supports": [len(v) if isinstance(v, range) else list(v) for v in answer.supports],
+                "likelihood": answer.likelihood.tolist(),
+                "meant": answer.meant.tolist(),
+                "text": answer.text,
+                "description": answer.description and _plain(asdict(answer.description)),
+            }
+            for answer in answers
+        ]
+    )
+
+
+class _AnswerRecord(msgspec.Struct, frozen=True):
+    """An answer, as a file has it."""
+
+    question: Text
+    answer: Text
+    latents: tuple[Text, ...]
+    supports: list[int | list[Any]]
+    likelihood: Any
+    meant: Any
+    text: Text
+    description: Description | None
+
+
+def _answers(written: str) -> tuple[AnswerFactor, ...]:
+    return tuple(
+        AnswerFactor(
+            question=record.question,
+            answer=record.answer,
+            latents=record.latents,
+            supports=tuple(range(v) if isinstance(v, int) else tuple(v) for v in record.supports),
+            likelihood=np.array(record.likelihood, dtype=np.float64),
+            meant=np.array(record.meant, dtype=np.float64),
+            text=record.text,
+            description=record.description,
+        )
+        for record in checked(parse_json(written), list[_AnswerRecord])
+    )
 
 
 def _settings(factor: DescriptionFactor) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
@@ -20,14 +21,17 @@ from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
+    from sloop_ppl.bridge.asking import Question
     from sloop_ppl.inference import FrameSummary, Posterior
     from sloop_ppl.language._place_names import PlaceNames
-    from sloop_ppl.planning import Episode, Step
+    from sloop_ppl.planning import AskedQuestion, Episode, Step
 
 __all__ = [
+    "asked_line",
     "belief_lines",
     "belief_report",
     "outcome_line",
+    "question_lines",
     "relation_table",
     "step_line",
     "unlocated_line",
@@ -172,6 +176,26 @@ def step_line(step: Step) -> str:
     )
 
 
+def question_lines(questions: Sequence[Question]) -> list[str]:
+    """Return each question with its answers and what it would settle, in a few lines."""
+    lines = []
+    for number, question in enumerate(questions, start=1):
+        shares = ", ".join(f"{answer.text} {answer.p:.2f}" for answer in question.answers)
+        settled = ", ".join(f"{name} {bits:.2f}" for name, bits in question.settles.items())
+        lines += [
+            f"{number}. {question.text}",
+            f"   {question.bits:.2f} bits about the cell (about the {question.about}); {shares}",
+            f"   settles, in bits: {settled}",
+        ]
+    return lines
+
+
+def asked_line(question: AskedQuestion) -> str:
+    """Return one line on why a question was asked."""
+    worth = f", {question.gain:+.0f} reward after its cost" if question.gain is not None else ""
+    return f"     it was worth asking: {question.bits:.2f} bits expected{worth}"
+
+
 def outcome_line(episode: Episode) -> str:
     """Return one line on how a search ended."""
     missed = [name for name in episode.places if name not in episode.found_targets]
@@ -180,6 +204,10 @@ def outcome_line(episode: Episode) -> str:
     summary += f"{episode.discounted_return:.1f}"
     if missed:
         summary += f"; not found: {', '.join(missed)}"
+    if episode.questions:
+        answers = [q.answer or "no answer" for q in episode.questions]
+        cost = sum(q.cost for q in episode.questions)
+        summary += f"; asked {len(answers)} (cost {cost:g}): {'; '.join(answers)}"
     if episode.imagined:
         summary += f"; imagined places: {', '.join(episode.imagined)}"
     return summary

@@ -22,6 +22,7 @@ __all__ = [
     "names_of",
     "percent",
     "reading_lines",
+    "relation_in_words",
     "relations_in_words",
 ]
 
@@ -39,7 +40,7 @@ def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
     phrases: list[str] = []
     names = names_of(posterior)
     for relation in posterior.relations(target):
-        words = _in_words(relation, names)
+        words = relation_in_words(relation, names)
         again = sum(t == words or t.startswith(f"{words} (") for t in phrases)
         phrases.append(f"{words} ({again + 1})" if again else words)
     return tuple(phrases)
@@ -107,7 +108,7 @@ def _reading_in_words(reading: Reading, names: PlaceNames, several: bool) -> str
         is_other = either is not None and before is not None and either[0] == before[0]
         link = " or " if is_other and either != before else ", "
         figure = f"{relation.figure} " if several else ""
-        words += f"{link if words else ''}{figure}{_in_words(relation, names)}"
+        words += f"{link if words else ''}{figure}{relation_in_words(relation, names)}"
         before = either
     return f"“{words}”" if words else "nothing of it"
 
@@ -129,14 +130,15 @@ def _mention(ground: GroundPosterior, text: str, names: PlaceNames) -> str:
     if spans is not None and ground.slot < len(spans.grounds):
         start, end = spans.grounds[ground.slot]
         return f"“{text[start:end]}”"
-    return f"“{_in_words(ground.relation, names)}”"
+    return f"“{relation_in_words(ground.relation, names)}”"
 
 
 def _place(ground: str | None, names: PlaceNames) -> str:
     return "not on this map" if ground is None else ground_label(names, ground)
 
 
-def _in_words(relation: SpatialRelation, names: PlaceNames) -> str:
+def relation_in_words(relation: SpatialRelation, names: PlaceNames) -> str:
+    """Return a relation in words, such as "not 20 m north of Velvet Dog"."""
     labels = [ground_label(names, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:

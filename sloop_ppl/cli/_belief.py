@@ -23,6 +23,7 @@ from sloop_ppl.cli._options import (
     Viewpoint,
 )
 from sloop_ppl.cli._output import print_data, print_json, progress
+from sloop_ppl.errors import InputError
 
 __all__ = ["infer"]
 
@@ -50,6 +51,19 @@ def infer(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say why the belief is where it is.")
     ] = False,
+    ask: Annotated[
+        bool,
+        typer.Option(
+            "--ask", help="Ask at the terminal until the 90 % region is small; 'stop' ends."
+        ),
+    ] = False,
+    answers: Annotated[
+        Path | None,
+        typer.Option(help="With --ask: a file of answers instead of the terminal."),
+    ] = None,
+    small_m2: Annotated[
+        float, typer.Option("--small", help="With --ask: how small the region is to be, m2.")
+    ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of engines that draw.")] = 0,
     json: Json = False,
 ) -> None:
@@ -80,9 +94,23 @@ def infer(
     for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
             progress(line)
+    talk = None
+    if ask:
+        from sloop_ppl.bridge.asking import FileAnswerer, TerminalAnswerer, converse
+
+        answerer = TerminalAnswerer() if answers is None else FileAnswerer(answers)
+        talk = converse(posterior, answerer, small_m2=small_m2, notify=progress)
+        progress(f"no more is asked: {talk.ended}")
+        posterior = talk.posterior
+    elif answers is not None:
+        raise InputError("--answers does not go without --ask; add --ask, or leave it out")
     if out:
         posterior.save(out)
-    if figure:
+    if figure and talk is not None:
+        from sloop_ppl.bridge.asking.before_search import figure_of_conversation
+
+        save_figure(figure_of_conversation(talk), figure)
+    elif figure:
         from sloop_ppl.bridge.sheets import figure_of
 
         save_figure(figure_of(posterior, rng=np.random.default_rng(seed)), figure)
@@ -96,7 +124,8 @@ def infer(
 
         why = explain_lines(posterior, rng=np.random.default_rng(seed))
     if json:
-        print_json(belief_report(posterior))
+        asked = {} if talk is None else {"questions": talk.to_json()}
+        print_json({**belief_report(posterior), **asked})
         for line in why:
             progress(line)
     else:

@@ -211,19 +211,55 @@ def search(
     skip_bad: Annotated[
         bool, typer.Option("--skip-bad", help="Pass over lines that have a fault.")
     ] = False,
+    questions: Annotated[
+        str | None,
+        typer.Option(
+            help="How many questions may be asked, such as 0,1,2; else none.", show_default=False
+        ),
+    ] = None,
+    question_cost: Annotated[
+        str, typer.Option(help="What a question costs, such as 10,30.")
+    ] = "10",
+    question_steps: Annotated[int, typer.Option(help="How many steps a question takes.")] = 0,
+    answerer: Annotated[
+        str,
+        typer.Option(
+            help="a: oracle geometry; b: another one, lasting errors; c: what was recorded."
+        ),
+    ] = "a",
+    answer_error: Annotated[float, typer.Option(help="How often answers are wrong.")] = 0.1,
+    believed_error: Annotated[
+        float | None,
+        typer.Option(help="How often they are taken to be; else as they are.", show_default=False),
+    ] = None,
+    guess: Annotated[float, typer.Option(help="Share of the answers that are guessed.")] = 0.0,
+    believed_guess: Annotated[
+        float | None,
+        typer.Option(help="Share taken to be guessed; else as it is.", show_default=False),
+    ] = None,
+    rho: Annotated[
+        float, typer.Option(help="How often answerer b shares the speaker's mistake.")
+    ] = 0.5,
+    asking: Annotated[
+        str, typer.Option(help="planned, random, or fixed: the side of the first ground.")
+    ] = "planned",
 ) -> None:
     """Search for every described target under every model and range; resumable."""
     from sloop_ppl.cli._sweep_progress import sweep_progress
+    from sloop_ppl.eval._answerers import AskingSettings
     from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
+    asked = AskingSettings(
+        answerer, answer_error, believed_error, guess, believed_guess, rho, asking, question_steps
+    )
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(
                 files, out, maps, gold, models, params, cv, fits, tuple(annotations or ()),
                 tuple(learn_from or ()), ranges, starts, searching, primary, skip_bad, workers,
-                backend, address,
+                backend, address, questions, question_cost, asked,
             ),
             notify=progress,
             progress=shown,
@@ -253,12 +289,13 @@ def report(
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
+    from sloop_ppl.eval._question_summary import report_summary
     from sloop_ppl.eval._report import make_report, write_docs, write_report
-    from sloop_ppl.eval.results import read_results, reward_summary
+    from sloop_ppl.eval.results import read_results
 
     sweeps = [read_results(folder) for folder in folders]
     if json:
-        print_json(reward_summary(sweeps[0]))
+        print_json(report_summary(sweeps[0]))
         return
     made = make_report(sweeps, quality=quality, maps=maps)
     if docs:
