@@ -46,7 +46,7 @@ cv+=(--annotations $notes/meeting_points_dev.jsonl)
 "$sloop" eval search "${points[@]}" "${cv[@]}" --parsed --ranges 3 --out "$runs/points" \
   --models keyword,sloop-m4,referent-gaussian,bayes
 "$sloop" eval search "${points[@]}" --maps "$5" --parsed --ranges 3 --out "$runs/points_best" \
-  --models bayes,benchmarks/best_reading.py:BEST_READING --primary bayes,benchmarks/best_reading.py:BEST_READING
+  --models bayes,tests/tools/best_reading.py:BEST_READING --primary bayes,tests/tools/best_reading.py:BEST_READING
 "$sloop" eval report "$runs/points" --maps "$5" \
   --quality "$runs/quality_points.json" --docs docs/results_meeting_points.md
 "$sloop" eval report "$runs/points_best" --maps "$5"

@@ -50,6 +50,8 @@ class StudentVonMisesLikelihood:
     own_place
         Factor of the widths of words that stand away from their ground (near, north, behind,
         across) for a ground that is no street, when speakers say where they are themselves, > 0.
+    own_street
+        Factor of all widths of a street then, > 0.
 
     Notes
     -----
@@ -85,6 +87,9 @@ class StudentVonMisesLikelihood:
         Parameter(
             "own_place", "1", 0.0, math.inf, 3.0, 0.7, "factor of widths, of one's own place"
         ),
+        Parameter(
+            "own_street", "1", 0.0, math.inf, 1.5, 0.35, "factor of a street's, of one's own place"
+        ),
     )
 
     quadrature_error: ClassVar[float] = 1e-10  # smooth
@@ -102,6 +107,7 @@ class StudentVonMisesLikelihood:
     kappa_compass: float = 3.0
     kappa_frame: float = 3.0
     own_place: float = 3.0
+    own_street: float = 1.5
     # What the middles mean: at four widths g is (1 + 4^2 / 5)^-3 = .013, where a Gaussian has 3e-4;
     # kappa 3 halves g at arccos(1 - ln 2 / 3) = 40 degrees, near the 45 between compass words.
 
@@ -143,7 +149,7 @@ class StudentVonMisesLikelihood:
         }
         other, street = widths[term.width]
         if term.is_line and not term.has_part:
-            return street
+            return street * self.own_street if term.is_own_place else street
         stands_away = term.width in ("proximity", "directed", "across")
         return other * self.own_place if stands_away and term.is_own_place else other
 
