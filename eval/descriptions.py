@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
@@ -49,6 +50,9 @@ __all__ = [
     "read_sound_descriptions",
     "read_to_score",
 ]
+
+_CITY_KM = 20.0
+"""How far apart the centres of maps of one city lie at most, kilometres."""
 
 FindMap = Callable[[str], CityMap]
 
@@ -156,8 +160,8 @@ class AnnotatedDescription:
     source
         Name of the file it was read from, without its ending; empty for one made otherwise.
     city
-        Name of the city that is left out with it in cross-validation: that of the map, or of the
-        file where each line of several has a map of its own, all cut from one city.
+        Name of the city that is left out with it in cross-validation: that of the map, or, where
+        maps were cut from one city, of the file that all of them are in, else of the first of them.
     """
 
     id: str
@@ -324,7 +328,7 @@ def read_sound_descriptions(
             f"{', '.join(map(str, annotation_files(annotations or [])))} holds the ids of none of "
             f"these lines, but such as '{next(iter(notes))}'"
         )
-    return _with_cities(descriptions.values()), tuple(faults)
+    return _with_cities(descriptions.values(), find), tuple(faults)
 
 
 def read_to_score(
@@ -356,17 +360,38 @@ def read_to_score(
     )
 
 
-def _with_cities(descriptions: Iterable[AnnotatedDescription]) -> tuple[AnnotatedDescription, ...]:
-    """Return lines that know their cities: a file's where each of its lines has its own map."""
-    by_source: dict[str, list[AnnotatedDescription]] = {}
-    for annotated in descriptions:
-        by_source.setdefault(annotated.source, []).append(annotated)
-    found = {}
-    for source, lines in by_source.items():
-        own_maps = len(lines) > 1 and len({one.map for one in lines}) == len(lines)
-        for one in lines:
-            found[one.id] = replace(one, city=source) if own_maps else one
-    return tuple(found[one.id] for one in descriptions)
+def _with_cities(
+    descriptions: Collection[AnnotatedDescription], find: FindMap
+) -> tuple[AnnotatedDescription, ...]:
+    """Return lines that know their cities: maps whose centres lie within 20 km are of one city."""
+    maps = dict.fromkeys(one.map for one in descriptions)
+    centres = {name: find(name).grid.centre for name in maps}
+    sources: dict[str, set[str]] = {}
+    for one in descriptions:
+        sources.setdefault(one.map, set()).add(one.source)
+    groups: list[list[str]] = []
+    for name in maps:
+        near = [g for g in groups if any(_is_near(centres[name], centres[other]) for other in g)]
+        groups = [g for g in groups if g not in near]
+        groups.append([*(other for g in near for other in g), name])
+    cities = {}
+    for group in groups:
+        files = set().union(*(sources[name] for name in group))
+        city = group[0] if len(group) == 1 or len(files) > 1 else next(iter(files))
+        cities |= dict.fromkeys(group, city)
+    return tuple(replace(one, city=cities[one.map]) for one in descriptions)
+
+
+def _is_near(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """Tell whether two centres, latitude and longitude in degrees, lie within a city of each other.
+
+    A degree of latitude is 111 km, one of longitude that times the cosine of the latitude.
+    """
+    if one is None or other is None:
+        return False
+    east = (one[1] - other[1] + 180) % 360 - 180
+    east_km = 111.2 * east * math.cos(math.radians((one[0] + other[0]) / 2))
+    return math.hypot(east_km, 111.2 * (one[0] - other[0])) < _CITY_KM
 
 
 def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:

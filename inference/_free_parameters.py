@@ -25,7 +25,9 @@ __all__ = ["FreeParameters"]
 _MODEL = (
     share_parameter("lapse", 0.1, "probability that a phrase is wrong"),
     share_parameter("own_lapse", 0.1, "probability that a phrase of one's own place is wrong"),
-    share_parameter("temper", 0.5, "how far a component of several phrases is tempered"),
+    # n phrases count as the root of n: a product that is sharper covers less where phrases repeat
+    # one another, which few descriptions show, so that the prior is narrow.
+    Parameter("temper", "1", 0.0, 1.0, 0.5, 0.3, "how far a component of phrases is tempered"),
 )
 _FRAMES = (
     Parameter("kappa", "1", 0.0, math.inf, 4.0, 0.7, "concentration around the predicted front"),

@@ -63,16 +63,16 @@ def borrowed(model: ObservationModel) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Of ``lapse``, ``temper``, the frames' ``kappa`` and ``absolute``, and ``weights`` those
-        that are still the shipped ones; none for a model whose likelihood is of the same type as
-        that of `bayes`, or that is not made of `bayes`.
+        Of ``lapse``, ``own_lapse``, ``temper``, the frames' ``kappa`` and ``absolute``, and
+        ``weights`` those that are still the shipped ones; none for a model whose likelihood is of
+        the same type as that of `bayes`, or that is not made of `bayes`.
 
     Examples
     --------
     >>> from dataclasses import replace
     >>> from sloop_ppl.models import LIKELIHOODS
     >>> borrowed(replace(BAYES, likelihood=LIKELIHOODS["gaussian-clipped"]))
-    ('lapse', 'temper', 'kappa', 'absolute', 'weights')
+    ('lapse', 'own_lapse', 'temper', 'kappa', 'absolute', 'weights')
     """
     likelihood = model.likelihood
     kind = type(likelihood.inner if isinstance(likelihood, GuardedLikelihood) else likelihood)
