@@ -69,8 +69,8 @@ class StudentVonMisesLikelihood:
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        # Cells of 5 m cannot tell a narrower width, and one would tie the belief to their size: from
-        # 4.6 m on, halving the cells moves less than .02 of it.
+        # Cells of 5 m cannot tell a narrower width, and one would tie the belief to their size:
+        # from 4.6 m on, halving the cells moves less than .02 of it.
         Parameter("contact_m", "m", 4.6, math.inf, 5.0, 0.5, "width for contact with an area"),
         Parameter(
             "contact_point_m", "m", 0.0, math.inf, 3.0, 0.5, "width for contact with a point"

@@ -181,7 +181,7 @@ def test_words_are_meant_from_the_viewpoint_in_all_of_the_gold(read):
         (
             entry("near"),
             {"hearer": {"east_m": 1}},
-            "hearer.north_m' is missing; expected a finite number",
+            "hearer.north_m' is missing; expected a finite number, or 'lonlat' alone",
         ),
         (
             entry("near"),
