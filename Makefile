@@ -8,6 +8,7 @@
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
 #   make coverage run the tests and print which share of each room's statements they ran
 #   make venv     only make the virtual environment
+#   make lock     write requirements.lock anew, from what is installed
 #   make clean    remove what the above have written, except the virtual environment
 #
 # Variables, given as NAME=value after make:
@@ -17,6 +18,9 @@
 #   TORCH_PIP_OPTIONS  further options for the pip call that installs PyTorch. The default build may
 #                      bring several GB of CUDA libraries; who wants the CPU wheels gives here the
 #                      --index-url option that PyTorch's own page on installing names for them
+#   LOCK               a file of versions with hashes, as requirements.lock, of which all but PyTorch
+#                      is installed; continuous integration does so. The newest that
+#                      pyproject.toml allows when empty
 #   MUTANTS_OPTIONS    options for make mutants, such as "--seed 1 --minutes 30" or "--again"
 #   WEB_OPTIONS        options for make web, such as "--open --map my_city.geojson"
 #   PICTURES           folder into which make test-web puts the pictures of docs/workbench.md
@@ -26,6 +30,7 @@ PYTHON ?= python3.11
 VENV ?= .venv
 TORCH ?= torch==2.13.0
 TORCH_PIP_OPTIONS ?=
+LOCK ?=
 MUTANTS_OPTIONS ?=
 WEB_OPTIONS ?=
 AXE ?= axe-core@4.14.1
@@ -37,7 +42,7 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo web test test-web check mutants coverage venv clean
+.PHONY: demo web test test-web check mutants coverage venv lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -89,10 +94,15 @@ $(MUTANTS_STAMP): $(STAMP)
 
 venv: $(STAMP)
 
+lock: $(STAMP)
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/python tests/tools/lock_environment.py
+
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --upgrade pip
 	$(BIN)/python -m pip install $(TORCH_PIP_OPTIONS) "$(TORCH)"
+	$(if $(LOCK),$(BIN)/python -m pip install --no-deps --require-hashes --requirement $(LOCK))
 	$(BIN)/python -m pip install --editable ".[dev]"
 	-$(BIN)/sloop warmup
 	touch $@

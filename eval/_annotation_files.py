@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval._gold import GoldEntry, gold_entries
 from sloop_ppl.eval._line_format import AnnotationLine, Fault, checked
+from sloop_ppl.language import StreetPart
 
 __all__ = ["read_annotations", "write_annotations"]
 
@@ -67,6 +69,7 @@ def _fields(entry: GoldEntry) -> dict[str, Any]:
         "either": None if entry.either is None else list(entry.either),
         "distance_m": None if distance is None else [distance.low_m, _finite(distance.high_m)],
         "optional": entry.optional,
+        "part": None if entry.part is None else _part(entry.part),
     }
     silent = ("negated", "optional", "also")  # where they are false or empty; a group may be 0
     return {
@@ -74,6 +77,16 @@ def _fields(entry: GoldEntry) -> dict[str, Any]:
         for name, value in fields.items()
         if name == "ground" or (value if name in silent else value is not None)
     }
+
+
+def _part(part: StreetPart) -> dict[str, Any]:
+    bearing = part.bearing_rad
+    fields = {
+        "kind": part.kind,
+        "bearing_deg": None if bearing is None else round(math.degrees(bearing), 6),
+        "number": part.number,
+    }
+    return {name: value for name, value in fields.items() if value is not None}
 
 
 def _finite(number: float) -> float | None:

@@ -7,7 +7,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from msgspec import structs
+
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._run_records import TargetRecord
 from sloop_ppl.eval.descriptions import AnnotatedDescription, Place
 from sloop_ppl.language import RELATIONS, SpatialRelation
 from sloop_ppl.maps import CityMap
@@ -80,18 +84,14 @@ class TargetFacts:
         Raises
         ------
         InputError
-            When a member is missing.
+            When a member is missing or of another type.
         """
         try:
-            relations = tuple(
-                RelationFacts(**{**one, "grounds": tuple(one["grounds"])})
-                for one in record["relations"]
-            )
-            return cls(**{**record, "relations": relations})
-        except (KeyError, TypeError) as error:
-            raise InputError(
-                f"The targets of a sweep are damaged ({error}); run it anew"
-            ) from error
+            known = checked(record, TargetRecord)
+        except Fault as fault:
+            raise InputError(f"The targets of a sweep are damaged ({fault})") from fault
+        relations = tuple(RelationFacts(**structs.asdict(one)) for one in known.relations)
+        return cls(known.description, known.target, known.map, known.configuration, relations)
 
 
 def plain_word(word: str) -> str:

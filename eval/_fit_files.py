@@ -17,7 +17,7 @@ from sloop_ppl.eval._quality_files import models_named
 from sloop_ppl.eval._quality_report import quality_tables
 from sloop_ppl.eval._selection import Selection, select_model
 from sloop_ppl.eval._tables import Estimate, Table
-from sloop_ppl.eval.descriptions import read_descriptions
+from sloop_ppl.eval.descriptions import annotation_files, read_descriptions
 from sloop_ppl.inference.learning import Fitted
 from sloop_ppl.models import PRESETS, ObservationModel, unfitted
 from sloop_ppl.outputs import check_output
@@ -33,6 +33,7 @@ def fit_files(
     out: str | Path,
     models: str | None = None,
     maps: str | Path | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[Selection, Fitted]:
     """Fit models to files, each map left out in turn; keep the best one's numbers.
@@ -47,6 +48,8 @@ def fit_files(
         Candidates, separated by commas; the likelihood families when None.
     maps
         Folder of map files; None for the bundled maps.
+    annotations
+        Files of gold for lines that have none; see :func:`read_descriptions`.
     progress
         Called with a line per fit, and one per round of it.
 
@@ -69,11 +72,13 @@ def fit_files(
     chosen = candidates_named(models)
     check_output(out, (".json",))
     find = map_finder(maps)
-    descriptions = read_descriptions(files, find)
-    names = [Path(file).name for file in files]
+    descriptions = read_descriptions(files, find, annotations)
+    extra = [] if annotations is None else annotation_files(annotations)
+    read = [*files, *extra]
+    names = [Path(file).name for file in read]
     digests = {
         name if names.count(name) == 1 else str(file): file_digest(file)
-        for name, file in zip(names, files, strict=True)
+        for name, file in zip(names, read, strict=True)
     }
     made_of = {
         "sloop_ppl": __version__,

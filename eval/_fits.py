@@ -43,10 +43,11 @@ def cross_validated(
     models: Mapping[str, ObservationModel],
     find_map: Callable[[str], CityMap],
     *,
+    learn_from: Sequence[AnnotatedDescription] = (),
     kept: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Fits:
-    """Return name -> map -> the model fitted to the descriptions of all other maps.
+    """Return name -> map -> the model fitted to the descriptions of all other cities.
 
     Parameters
     ----------
@@ -56,6 +57,9 @@ def cross_validated(
         Name -> where its fit starts.
     find_map
         Gives the map of a description by name.
+    learn_from
+        Further descriptions to learn from, of other cities or of the same; those that are among
+        `descriptions` count once.
     kept
         JSON file of the fitted numbers. Those of the same descriptions, maps, models, code and
         packages are taken from it; others are made and written to it.
@@ -69,6 +73,8 @@ def cross_validated(
     OutputError
         When the file cannot be written.
     """
+    by_id = {one.id: one for one in (*learn_from, *descriptions)}
+    descriptions = [by_id[name] for name in sorted(by_id)]  # one order, whichever are scored
     key = _key(descriptions, models, find_map)
     numbers = None if kept is None else _read(Path(kept), key)
     if numbers is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 from sloop_ppl.errors import SloopError
 from sloop_ppl.eval._line_format import EntryLine, Fault, GoldStatus, GroundClass
@@ -14,9 +15,12 @@ from sloop_ppl.language import (
     RELATIONS,
     SPEAKER,
     WHOLE_MAP,
+    Candidate,
     Distance,
     SpatialRelation,
+    StreetPart,
 )
+from sloop_ppl.language.street_parts import StreetPartKind
 from sloop_ppl.maps import CityMap
 
 __all__ = ["READ_STATUSES", "GoldEntry", "entries_of", "gold_entries", "gold_relations"]
@@ -56,6 +60,9 @@ class GoldEntry:
         The distance that was said.
     ground_class
         What the ground is given by; annotations of meeting points have it.
+    part
+        Which part of its ground is meant, such as the north side of a street; None when the
+        annotator does not say.
     """
 
     figure: str
@@ -70,6 +77,7 @@ class GoldEntry:
     either: tuple[int, int] | None = None
     distance: Distance | None = None
     ground_class: GroundClass | None = None
+    part: StreetPart | None = None
 
     @property
     def is_read(self) -> bool:
@@ -144,6 +152,7 @@ def _entry(line: EntryLine, path: str, figures: Collection[str], city: CityMap |
         line.either,
         _distance(line, path),
         line.ground_class,
+        _part(line, path),
     )
 
 
@@ -175,6 +184,17 @@ def _distance(line: EntryLine, path: str) -> Distance | None:
         raise Fault(f"{path}distance_m", f"is {stated!r}: {error}") from error
 
 
+def _part(line: EntryLine, path: str) -> StreetPart | None:
+    given = line.part
+    if given is None:
+        return None
+    bearing_rad = None if given.bearing_deg is None else math.radians(given.bearing_deg)
+    try:
+        return StreetPart(cast(StreetPartKind, given.kind), bearing_rad, given.number)
+    except SloopError as error:
+        raise Fault(f"{path}part", f"cannot be: {error}") from error
+
+
 def entries_of(relations: Iterable[SpatialRelation]) -> tuple[GoldEntry, ...]:
     """Return relations as gold, one entry per ground: all are to be read, and nothing else."""
     return tuple(
@@ -191,6 +211,7 @@ def entries_of(relations: Iterable[SpatialRelation]) -> tuple[GoldEntry, ...]:
             else "asserted",
             either=relation.either,
             distance=relation.distance,
+            part=relation.part,
         )
         for index, relation in enumerate(relations)
         for ground in relation.grounds
@@ -246,10 +267,33 @@ def gold_relations(entries: Sequence[GoldEntry]) -> tuple[SpatialRelation, ...]:
                 entry.negated,
                 distance=entry.distance,
                 either=either,
+                candidates=(_candidates(entry),),
+                part=entry.part,
+            )
+        elif entry.part not in (None, known.part):
+            raise Fault(
+                f"relations[{index}].part",
+                f"is not that of '{shared.figure} {shared.relation}'; expected one part throughout "
+                "a group, given in its first entry",
             )
         elif entry.ground not in known.grounds:
-            merged[key] = replace(known, grounds=(*known.grounds, entry.ground))
-    return tuple(relation for key, relation in merged.items() if key not in nowhere)
+            merged[key] = replace(
+                known,
+                grounds=(*known.grounds, entry.ground),
+                candidates=(*known.candidates, _candidates(entry)),
+            )
+    return tuple(_certain(one) for key, one in merged.items() if key not in nowhere)
+
+
+def _candidates(entry: GoldEntry) -> tuple[Candidate, ...]:
+    """Return the places that an entry accepts, each as likely: annotators took either."""
+    places = dict.fromkeys((entry.ground, *entry.also))
+    return tuple(Candidate(place, 1 / len(places)) for place in places)
+
+
+def _certain(relation: SpatialRelation) -> SpatialRelation:
+    """Return a relation without candidates where each ground is one place for certain."""
+    return replace(relation, candidates=()) if relation.is_certain else relation
 
 
 def _branch(branches: dict[str, dict[object, int]], figure: str, key: object) -> tuple[int, int]:

@@ -18,7 +18,8 @@ def map_finder(folder: str | Path | None = None) -> Callable[[str], CityMap]:
     Parameters
     ----------
     folder
-        Where ``NAME.geojson`` files lie; None for the bundled maps, and for paths.
+        Where ``NAME.geojson`` files lie, which come before the bundled maps; None for the bundled
+        maps, and for paths.
 
     Raises
     ------
@@ -30,6 +31,8 @@ def map_finder(folder: str | Path | None = None) -> Callable[[str], CityMap]:
     paths = _paths(folder)
 
     def find(name: str) -> CityMap:
+        if name not in paths and name in bundled_maps():
+            return load_map(name)
         if name not in paths:
             raise UnknownName("map", name, paths, hint=f" (in folder '{folder}')")
         return load_map(paths[name])

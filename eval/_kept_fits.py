@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval._manifest import changes
 from sloop_ppl.inference.learning import Fitted
@@ -112,8 +113,8 @@ class KeptFits:
 
 def _read(path: Path) -> dict[str, Any] | None:
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        record = parse_json(read_text(path, "Fit"))
+    except (ForeignFault, InputError):
         return None
     return record if isinstance(record, dict) else None
 

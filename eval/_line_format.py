@@ -17,6 +17,7 @@ __all__ = [
     "HearerLine",
     "Line",
     "ObjectLine",
+    "PartLine",
     "PlaceLine",
     "checked",
 ]
@@ -33,20 +34,21 @@ GroundClass = Literal["named", "own_kind", "hearer", "other"]
 
 
 class PlaceLine(Struct, frozen=True):
-    """Where a target is."""
+    """Where a target is: metres, degrees, or both."""
 
-    east_m: Number
-    north_m: Number
+    east_m: Number | None = None
+    north_m: Number | None = None
     lonlat: Pair | None = None
     col_from_west: Number | None = None
     row_from_north: Number | None = None
 
 
 class HearerLine(Struct, frozen=True):
-    """Where who listens is."""
+    """Where who listens is: metres, degrees, or both."""
 
-    east_m: Number
-    north_m: Number
+    east_m: Number | None = None
+    north_m: Number | None = None
+    lonlat: Pair | None = None
 
 
 class ObjectLine(Struct, frozen=True):
@@ -56,6 +58,14 @@ class ObjectLine(Struct, frozen=True):
     names: Texts = []
     colour: Text | None = None
     kind: Text | None = None
+
+
+class PartLine(Struct, frozen=True):
+    """Which part of its ground a relation is about."""
+
+    kind: Text
+    bearing_deg: Number | None = None
+    number: int | None = None
 
 
 class EntryLine(Struct, frozen=True):
@@ -86,6 +96,7 @@ class EntryLine(Struct, frozen=True):
         float | tuple[float | None, float | None] | None,
         Meta(description="a number of metres, or the lower and the upper bound"),
     ] = None
+    part: PartLine | None = None
     ground_class: (
         Annotated[GroundClass, Meta(description="named, own_kind, hearer or other")] | None
     ) = msgspec.field(default=None, name="class")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
 from sloop_ppl.eval._gold import GoldEntry
-from sloop_ppl.language import NOT_ON_MAP, Description
+from sloop_ppl.language import NOT_ON_MAP, Description, StreetPart
 
 __all__ = ["Match", "ReadEntry", "Wanted", "is_right", "kinds_agree", "match", "read_entries"]
 
@@ -40,6 +40,8 @@ class ReadEntry:
         Numbers of the relations it was read as.
     every
         Those of `sources` that hold of each of several grounds ("not near a bank").
+    part
+        The part of its ground that is meant.
     """
 
     figure: str
@@ -51,6 +53,7 @@ class ReadEntry:
     candidates: frozenset[str] = frozenset()
     sources: frozenset[int] = frozenset()
     every: frozenset[int] = frozenset()
+    part: StreetPart | None = None
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,7 @@ def read_entries(description: Description) -> tuple[ReadEntry, ...]:
                     frozenset(c.ground for c in relation.slot(slot) if c.ground is not None),
                     source,
                     source if relation.each else frozenset(),
+                    relation.part,
                 )
             )
     return tuple(found)
@@ -239,6 +243,7 @@ def _merged_read(
                 candidates=first.candidates | one.candidates,
                 sources=first.sources | one.sources,
                 every=first.every | one.every,
+                part=first.part or one.part,
             )
         found[alike] = key(one), one
     return list(found.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,9 +12,12 @@ from sloop_ppl.eval._gold import READ_STATUSES, GoldEntry
 from sloop_ppl.eval._matching import Match, ReadEntry, match, read_entries
 from sloop_ppl.eval._parse_score import Entry, Miss, ParseScore
 from sloop_ppl.eval.descriptions import AnnotatedDescription
-from sloop_ppl.language import NOT_ON_MAP, RELATIONS, Description
+from sloop_ppl.language import NOT_ON_MAP, RELATIONS, Description, StreetPart
 
 __all__ = ["ReadLine", "count_lines"]
+
+_SAME_POINT = math.cos(math.pi / 8)
+"""Compass points are 45 degrees apart; a bearing is that of the nearest."""
 
 _HAS_TO_MATCH: Mapping[str, Callable[[Any], Hashable]] = {
     "tuple": lambda entry: (entry.figure, entry.relation),
@@ -48,6 +52,7 @@ def count_lines(lines: Sequence[ReadLine]) -> ParseScore:
     by_status: dict[str, Counter[str]] = {}
     by_phenomenon: dict[str, Counter[str]] = {}
     by_class: dict[str, Counter[str]] = {}
+    by_part: dict[str, Counter[str]] = {}
     linked, grounds, false_positives = 0, 0, 0
     misses = []
     for line in lines:
@@ -75,6 +80,7 @@ def count_lines(lines: Sequence[ReadLine]) -> ParseScore:
         for entry in polarity.right.values():
             if entry.ground_class is not None:
                 by_class[entry.ground_class]["right"] += 1
+        _count_parts(by_part, polarity)
     tuples = _rates(counts["tuple"])
     return ParseScore(
         n=len(lines),
@@ -100,6 +106,10 @@ def count_lines(lines: Sequence[ReadLine]) -> ParseScore:
             for name, counter in sorted(by_phenomenon.items())
         },
         classes=_class_rates(by_class, counts["polarity"]),
+        parts={
+            kind: {"n": counter["n"], "read_right": round(counter["right"] / counter["n"], 6)}
+            for kind, counter in sorted(by_part.items())
+        },
     )
 
 
@@ -139,6 +149,25 @@ def _count_unread(
         counters.setdefault(entry.status, Counter())["gold"] += 1
     for entry in found.right.values():
         counters[entry.status]["true"] += 1
+
+
+def _count_parts(counters: dict[str, Counter[str]], polarity: Match[Hashable]) -> None:
+    """Count the parts that the gold gives, and which of them were read."""
+    pairs = [(entry.part, read.part) for read, entry in polarity.right.items()]
+    for wanted, read in (*pairs, *((entry.part, None) for entry in polarity.missed)):
+        if wanted is None:
+            continue
+        for name in (wanted.kind, "all"):
+            counters.setdefault(name, Counter()).update(n=1, right=_is_same_part(wanted, read))
+
+
+def _is_same_part(wanted: StreetPart, read: StreetPart | None) -> bool:
+    """Whether two parts are of one kind and number, and face the same point of the compass."""
+    if read is None or (wanted.kind, wanted.number) != (read.kind, read.number):
+        return False
+    if wanted.bearing_rad is None or read.bearing_rad is None:
+        return wanted.bearing_rad is read.bearing_rad
+    return math.cos(wanted.bearing_rad - read.bearing_rad) > _SAME_POINT
 
 
 def _status_rates(counters: Mapping[str, Counter[str]]) -> dict[str, dict[str, float]]:

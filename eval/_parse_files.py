@@ -113,6 +113,8 @@ def parse_score_lines(score: ParseScore, *, misses: bool = False) -> list[Render
         shown.append(_table("phenomenon", names, score.phenomena))
     if score.classes:
         shown.append(_table("ground", ("n", "read_right", "wrong_among_read"), score.classes))
+    if score.parts:
+        shown.append(_table("part", ("n", "read_right"), score.parts))
     if score.confidence is not None:
         shown += _confidence_lines(score.confidence)
     if score.not_scored:

@@ -70,6 +70,11 @@ class ParseScore:
         read, optional entries too. Empty where the gold has no classes.
     confidence
         Whether the parser's confidence is a probability; None unless asked for.
+    parts
+        Kind of part, and ``"all"`` -> ``n`` required entries whose gold gives a part, and the share
+        ``read_right`` of those that are right as in `polarity_f1` and were read with that part: its
+        kind and number, and its bearing to the nearest compass point. Empty where the gold has no
+        parts.
     """
 
     n: int
@@ -89,6 +94,7 @@ class ParseScore:
     phenomena: dict[str, dict[str, float]] = field(default_factory=dict)
     classes: dict[str, dict[str, float]] = field(default_factory=dict)
     confidence: Calibration | None = None
+    parts: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval parse --json`` prints."""
@@ -110,6 +116,8 @@ class ParseScore:
         }
         if self.classes:
             payload["classes"] = self.classes
+        if self.parts:
+            payload["parts"] = self.parts
         if self.confidence is not None:
             payload["confidence"] = self.confidence.to_json()
         return payload

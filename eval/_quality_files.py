@@ -17,7 +17,7 @@ from sloop_ppl.eval._inventory import map_finder
 from sloop_ppl.eval._quality_report import quality_figure, quality_tables
 from sloop_ppl.eval._table_lines import table_lines
 from sloop_ppl.eval._user_metrics import metrics_with
-from sloop_ppl.eval.descriptions import read_descriptions
+from sloop_ppl.eval.descriptions import read_to_score
 from sloop_ppl.eval.quality import BeliefQuality, score_beliefs
 from sloop_ppl.models import PRESETS, ObservationModel, fitting_note
 
@@ -41,6 +41,8 @@ def score_quality(
     fits: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
     metrics: Sequence[str] = (),
+    annotations: str | Path | Sequence[str | Path] | None = None,
+    learn_from: Sequence[str | Path] = (),
 ) -> BeliefQuality:
     """Score models' beliefs on some files.
 
@@ -66,6 +68,10 @@ def score_quality(
         Called with a line at a time on how it goes.
     metrics
         ``FILE.py:NAME`` of metrics beside the registered ones.
+    annotations
+        Files of gold for lines that have none; see :func:`read_descriptions`.
+    learn_from
+        Further description files that `cv` learns from.
 
     Raises
     ------
@@ -76,12 +82,18 @@ def score_quality(
     if cv not in (None, "city"):
         raise UnknownName("cross-validation", str(cv), ["city"])
     find = map_finder(maps)
-    descriptions = read_descriptions(files, find)
+    descriptions, others, faults = read_to_score(files, learn_from, find, annotations)
+    if faults:
+        raise InputError("; ".join(faults))
     fitted = {name: model for name, model in chosen.items() if name not in PAPER_METHODS}
     if progress and not cv:  # else they are fitted below
         for note in filter(None, map(fitting_note, chosen.values())):
             progress(note)
-    refits = cross_validated(descriptions, fitted, find, kept=fits, progress=progress) if cv else {}
+    refits = {}
+    if cv:
+        refits = cross_validated(
+            descriptions, fitted, find, learn_from=others, kept=fits, progress=progress
+        )
     quality = score_beliefs(
         descriptions,
         {**chosen, **refits},

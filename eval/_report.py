@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from sloop_ppl.eval._examples import EXAMPLES
 from sloop_ppl.eval._inventory import map_finder
 from sloop_ppl.eval._paper_tables import frame_table, table_one, table_two
 from sloop_ppl.eval._quality_report import quality_section
+from sloop_ppl.eval._question_summary import question_table
 from sloop_ppl.eval._report_figures import completed_figure, reward_figure
 from sloop_ppl.eval._reward_tables import (
     comparison_table,
@@ -109,6 +109,8 @@ def make_report(
             lambda: reward_figure(main),
         ),
     ]
+    if "asking" in main.manifest:
+        parts += ["### Questions", question_table(main)]
     if len(main.models) > 1:
         parts += ["### Comparisons", comparison_table(main)]
     parts += [
@@ -210,10 +212,17 @@ def _examples(main: Results, maps: str | Path | None) -> list[str | Table | Pict
         path = main.folder.examples / f"{example}.json"
         if not path.is_file():
             continue
-        record = json.loads(path.read_text(encoding="utf-8"))
-        episode = read_episode(path)
+        try:
+            episode = read_episode(path)
+        except InputError as error:
+            raise InputError(f"Example '{path}' cannot be read: {error}") from error
         name = next(iter(episode.places))
-        facts = main.facts[record["description"], name]
+        facts = main.facts.get((parse_json(read_text(path, "Example")).get("description"), name))
+        if facts is None:
+            raise InputError(
+                f"'{path}' is an episode of no target of this sweep; delete it, and give the same "
+                "`sloop eval search` command again"
+            )
         city = find(facts.map)
         pictures.append(
             Picture(

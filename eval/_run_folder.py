@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,11 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sloop_ppl._foreign import ForeignFault, parse_json, read_text
+from sloop_ppl._foreign import ForeignFault, is_file, parse_json, read_text
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval._driver_watch import wait_for_workers
 from sloop_ppl.eval._facts import TargetFacts
 from sloop_ppl.eval._manifest import changes
+from sloop_ppl.eval._run_records import ManifestRecord
 from sloop_ppl.eval._trial_files import read_trials
 from sloop_ppl.eval.trials import Trial
 from sloop_ppl.outputs import check_output_folder, written_whole
@@ -24,6 +27,7 @@ __all__ = ["FORMAT", "RunFolder", "read_run", "writing"]
 FORMAT = "sloop_ppl sweep"
 _VERSION = 1
 _MANIFEST, _TARGETS, _PARTS, _LOCK = "manifest.json", "targets.json", "parts", ".lock"
+_TARGETS_DIGEST = "targets"  # in the manifest
 
 
 @dataclass(frozen=True)
@@ -60,8 +64,26 @@ class RunFolder:
         return self.path / "trials.parquet"
 
     def trials(self) -> list[Trial]:
-        """Return the trials done so far, sorted by key."""
-        return read_trials(self.parts)
+        """Return the trials done so far, sorted by key.
+
+        Raises
+        ------
+        InputError
+            When a line is no trial, or one of another sweep.
+        """
+        places = {(t.description, t.target): (t.map, t.configuration) for t in self.targets}
+        models, ranges = set(self.manifest["model_names"]), set(self.manifest["ranges_cells"])
+
+        def belongs(trial: Trial) -> bool:
+            key = trial.key
+            return (
+                places.get((key.description, key.target)) == (trial.map, trial.configuration)
+                and key.model in models
+                and key.range_cells in ranges
+                and key.start < self.manifest["starts"]
+            )
+
+        return read_trials(self.parts, belongs)
 
 
 def read_run(path: str | Path) -> RunFolder:
@@ -70,22 +92,27 @@ def read_run(path: str | Path) -> RunFolder:
     Raises
     ------
     InputError
-        When it holds none, or one of another version of the format.
+        When it holds none, one of another version of the format, or one that was changed.
     """
     folder = Path(path)
-    manifest = _read(folder / _MANIFEST)
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+    manifest = _manifest(folder)
+    try:
+        checked(manifest, ManifestRecord)
+    except Fault as fault:
         raise InputError(
-            f"'{folder / _MANIFEST}' is no manifest of a sweep; expected a folder that "
-            "`sloop eval search --out` made"
-        )
-    if manifest.get("format_version") != _VERSION:
+            f"'{folder / _MANIFEST}' was changed: {fault}; give the same `sloop eval search` "
+            "command with another --out to run the sweep anew"
+        ) from fault
+    records = _read(folder / _TARGETS)
+    known = _digest(records)
+    if manifest.get(_TARGETS_DIGEST, known) != known:  # earlier sweeps have none
         raise InputError(
-            f"The sweep in '{folder}' has version {manifest.get('format_version')}; this program "
-            f"reads version {_VERSION}: run it again"
+            f"'{folder / _TARGETS}' is not what this sweep wrote; give the same `sloop eval "
+            "search` command again to restore it"
         )
-    targets = tuple(TargetFacts.from_json(record) for record in _read(folder / _TARGETS))
-    return RunFolder(folder, manifest, targets)
+    if not isinstance(records, list):
+        raise InputError(f"'{folder / _TARGETS}' is a {type(records).__name__}; expected a list")
+    return RunFolder(folder, manifest, tuple(map(TargetFacts.from_json, records)))
 
 
 @contextmanager
@@ -110,26 +137,39 @@ def writing(
         When it holds another sweep; the message says what differs.
     """
     folder = check_output_folder(path)
-    whole = {"format": FORMAT, "format_version": _VERSION, **manifest}
+    records = [facts.to_json() for facts in targets]
+    whole = {
+        "format": FORMAT,
+        "format_version": _VERSION,
+        **manifest,
+        _TARGETS_DIGEST: _digest(records),
+    }
     held = {entry.name for entry in folder.iterdir() if not entry.name.startswith(".")}
     if held and _MANIFEST not in held and held - {_TARGETS, _PARTS}:
         raise OutputError(
             f"Output folder '{path}' holds {sorted(held)[0]} and no manifest of a sweep; expected "
             "a new or an empty folder, or one of this sweep"
         )
+    if _MANIFEST not in held and any((folder / _PARTS).glob("*")):
+        raise OutputError(
+            f"Output folder '{path}' holds trials and no manifest, so that they may be of another "
+            "sweep; put the manifest back, or choose another folder"
+        )
     with _locked(folder):
         if _MANIFEST in held:
-            differing = changes(read_run(folder).manifest, whole)
+            differing = changes(_manifest(folder), whole)
             if differing:
                 raise InputError(
                     f"Output folder '{path}' holds another sweep: {'; '.join(differing)}. Choose "
                     "another folder, or go back to what that sweep was made of"
                 )
-        else:
-            _write(folder / _TARGETS, [facts.to_json() for facts in targets])
-            (folder / _PARTS).mkdir(exist_ok=True)
+        if not _is_whole(folder / _TARGETS, records):
+            _write(folder / _TARGETS, records)
+        if not (folder / _PARTS).is_dir():
+            _make(folder / _PARTS)
+        if _MANIFEST not in held:
             _write(folder / _MANIFEST, whole)  # the last, so that a folder with one is complete
-        yield read_run(folder)
+        yield RunFolder(folder, _manifest(folder), tuple(targets))
 
 
 @contextmanager
@@ -150,6 +190,41 @@ def _locked(folder: Path) -> Iterator[None]:
             ) from error
         wait_for_workers(folder)
         yield
+
+
+def _manifest(folder: Path) -> Mapping[str, Any]:
+    """Return the manifest of a sweep's folder, of this version of the format."""
+    manifest = _read(folder / _MANIFEST)
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise InputError(
+            f"'{folder / _MANIFEST}' is no manifest of a sweep; expected a folder that "
+            "`sloop eval search --out` made"
+        )
+    if manifest.get("format_version") != _VERSION:
+        raise InputError(
+            f"The sweep in '{folder}' has version {manifest.get('format_version')}; this program "
+            f"reads version {_VERSION}: run it again"
+        )
+    return manifest
+
+
+def _digest(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def _is_whole(path: Path, value: Any) -> bool:
+    """Tell whether a file holds a value."""
+    try:
+        return is_file(path) and _digest(_read(path)) == _digest(value)
+    except InputError:  # damaged
+        return False
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir()
+    except OSError as error:
+        raise OutputError(f"'{folder}' cannot be made: {error.strerror}") from error
 
 
 def _read(path: Path) -> Any:

@@ -85,7 +85,8 @@ def select_model(
     ----------
     descriptions
         Descriptions with known places, of at least three maps; two when there is only one
-        candidate, for then nothing is chosen.
+        candidate, for then nothing is chosen. Maps cut from one city count as one: see
+        :class:`AnnotatedDescription`.
     candidates
         Name -> model, at the medians of its priors.
     find_map
@@ -112,7 +113,7 @@ def select_model(
     by fits to all but one of the other maps, scored on that one; the best is refitted to all of
     the others and scored on the map left out. The choice never sees the map that it is scored on.
     """
-    maps = list(dict.fromkeys(annotated.map for annotated in descriptions if annotated.targets))
+    maps = list(dict.fromkeys(annotated.city for annotated in descriptions if annotated.targets))
     need = 3 if len(candidates) > 1 else 2
     if not candidates or len(maps) < need:
         raise InputError(
@@ -121,7 +122,7 @@ def select_model(
         )
     examples = {
         name: examples_of(
-            [annotated for annotated in descriptions if annotated.map == name], find_map
+            [annotated for annotated in descriptions if annotated.city == name], find_map
         )
         for name in maps
     }
@@ -157,6 +158,9 @@ def select_model(
         found = [log_scores(examples[m], without(candidate, m, *left_out)) for m in scored]
         return float(np.mean(np.concatenate([scores.numpy() for scores in found])))
 
+    def by_map(model_of: Callable[[str], ObservationModel]) -> dict[str, ObservationModel]:
+        return {one.map: model_of(one.city) for one in descriptions if one.city in maps}
+
     inner: dict[str, dict[str, float]] = {}
     if len(candidates) > 1:
         for left_out in maps:
@@ -167,8 +171,8 @@ def select_model(
     outer = {c: mean_score(c, maps) for c in candidates}
     winner = _best(outer)
     scored: dict[str, ObservationModel | Mapping[str, ObservationModel]] = {
-        NESTED: {name: without(chosen[name], name) for name in maps},
-        **{c: {name: without(c, name) for name in maps} for c in candidates},
+        NESTED: by_map(lambda name: without(chosen[name], name)),
+        **{c: by_map(lambda name, c=c: without(c, name)) for c in candidates},
         **(references or {}),
     }
     fitted = fitted_to(winner, maps, intervals=True)

@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -16,6 +16,8 @@ import cloudpickle
 import torch
 
 from sloop_ppl.errors import OutputError, SloopError
+from sloop_ppl.eval._answerers import AskingSettings
+from sloop_ppl.eval._asking import AskingTrials, recorded_of
 from sloop_ppl.eval._backends import BACKENDS, WorkersLost
 from sloop_ppl.eval._driver_watch import Driver, working_in
 from sloop_ppl.eval._run_folder import RunFolder
@@ -23,7 +25,7 @@ from sloop_ppl.eval._trial_files import append_trial
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.quality import beliefs_of, model_for
 from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
-from sloop_ppl.language import Description
+from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel
 
@@ -59,6 +61,12 @@ class Sweep:
         How many starts each target is searched from, > 0.
     searching
         How it is searched.
+    questions
+        How many questions may be asked, each number by itself.
+    question_costs
+        What a question costs, each cost by itself.
+    asking
+        How it is asked; None for a sweep that does not ask.
     """
 
     descriptions: Sequence[SearchedDescription]
@@ -66,6 +74,9 @@ class Sweep:
     ranges_cells: tuple[float, ...] = (3.0, 4.0, 5.0)
     starts: int = 1
     searching: Searching = Searching()  # noqa: RUF009 - frozen
+    questions: tuple[int, ...] = (0,)
+    question_costs: tuple[float, ...] = (10.0,)
+    asking: AskingSettings | None = None
 
     def model(self, name: str, map_name: str) -> ObservationModel:
         """Return the model of this name for a map."""
@@ -73,10 +84,16 @@ class Sweep:
 
     def keys(self, annotated: AnnotatedDescription, model: str) -> Iterator[TrialKey]:
         """Yield the trials of a description under a model."""
+        asked = [
+            (q, cost) for q in self.questions for cost in (self.question_costs if q else (0.0,))
+        ]
         for target in annotated.targets:
+            if self.asking is not None and not self.asking.asks_about(annotated, target):
+                continue
             for range_cells in self.ranges_cells:
                 for start in range(self.starts):
-                    yield TrialKey(annotated.id, target, model, range_cells, start)
+                    for q, cost in asked:
+                        yield TrialKey(annotated.id, target, model, range_cells, start, q, cost)
 
     def all_keys(self) -> Iterator[TrialKey]:
         """Yield all trials."""
@@ -110,6 +127,8 @@ class _Job:
     map_digest: str
     model: bytes
     keys: tuple[TrialKey, ...]
+    asking: AskingSettings | None = None
+    recorded: Mapping[str, tuple[SpatialRelation, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -213,13 +232,20 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
     """Return what is left to do, the long jobs first."""
     models: dict[tuple[str, str], bytes] = {}
     jobs = []
+    everyone = [searched.annotated for searched in sweep.descriptions]
     for searched in sweep.descriptions:
         for name in sweep.models:
             left = tuple(key for key in sweep.keys(searched.annotated, name) if key not in finished)
             if left:
                 at = name, searched.annotated.map
                 models[at] = models.get(at) or _pickled(sweep.model(*at))
-                jobs.append(_Job(searched, searched.city.digest, models[at], left))
+                recorded: Mapping[str, tuple[SpatialRelation, ...]] = {}
+                if sweep.asking is not None:
+                    seed = sweep.searching.seed
+                    recorded = recorded_of(searched.annotated, everyone, sweep.asking, seed)
+                jobs.append(
+                    _Job(searched, searched.city.digest, models[at], left, sweep.asking, recorded)
+                )
     slow = {"uniform": 0}  # wherever the robot looks, it has learnt little
     return sorted(jobs, key=lambda job: slow.get(job.keys[0].model, 1))
 
@@ -231,6 +257,15 @@ def _work(job: _Job, *, folder: str, searching: Searching, driver: Driver) -> _D
         try:
             city = _CITIES.setdefault(job.map_digest, job.searched.city)
             annotated = job.searched.annotated
+            if job.asking is not None:
+                trials = AskingTrials(
+                    annotated, job.searched.description, city, _model(job.model), searching,
+                    job.asking, job.recorded,
+                )  # fmt: skip
+                for key in job.keys:
+                    append_trial(folder, trials.trial(key))
+                    done += 1
+                return _Done(done)
             beliefs = beliefs_of(annotated, job.searched.description, city, _model(job.model))
             for key in job.keys:
                 append_trial(folder, trial_of(key, annotated, city, beliefs[key.target], searching))

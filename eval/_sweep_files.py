@@ -13,6 +13,7 @@ import joblib
 
 import sloop_ppl
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.eval._answerers import AskingSettings
 from sloop_ppl.eval._backends import check_backend
 from sloop_ppl.eval._examples import has_examples, write_examples
 from sloop_ppl.eval._facts import facts_of
@@ -23,7 +24,10 @@ from sloop_ppl.eval._quality_files import PAPER_METHODS, models_named
 from sloop_ppl.eval._run_folder import RunFolder, writing
 from sloop_ppl.eval._sweep import SearchedDescription, Sweep, SweepProgress, run_sweep
 from sloop_ppl.eval._trial_files import write_parquet
-from sloop_ppl.eval.descriptions import AnnotatedDescription, read_sound_descriptions
+from sloop_ppl.eval.descriptions import (
+    AnnotatedDescription,
+    read_to_score,
+)
 from sloop_ppl.eval.quality import read_annotated, to_score
 from sloop_ppl.eval.trials import Searching
 from sloop_ppl.maps import CityMap
@@ -49,7 +53,7 @@ class SweepRequest:
         True for the gold relations, False for what the parser reads.
     models
         Names, separated by commas; all registered ones when None.
-    params, cv, fits
+    params, cv, fits, annotations, learn_from
         As in :func:`sloop_ppl.eval._quality_files.score_quality`; the fits are kept in the folder
         of the run when no file is given.
     ranges
@@ -68,6 +72,12 @@ class SweepRequest:
         Processes; as many as there are processors when None.
     backend, address
         Where the trials run.
+    questions
+        How many questions may be asked, separated by commas; none when None.
+    question_costs
+        What a question costs, separated by commas.
+    asking
+        How it is asked, where `questions` is given.
     """
 
     files: Sequence[str | Path]
@@ -78,6 +88,8 @@ class SweepRequest:
     params: str | Path | None = None
     cv: str | None = None
     fits: str | Path | None = None
+    annotations: Sequence[str | Path] = ()
+    learn_from: Sequence[str | Path] = ()
     ranges: str = "3,4,5"
     starts: int = 1
     searching: Searching = Searching()  # noqa: RUF009 - frozen
@@ -86,6 +98,9 @@ class SweepRequest:
     workers: int | None = None
     backend: str = "joblib"
     address: str | None = None
+    questions: str | None = None
+    question_costs: str = "10"
+    asking: AskingSettings = AskingSettings()  # noqa: RUF009 - frozen
 
 
 def sweep_files(
@@ -122,10 +137,11 @@ def sweep_files(
             notify(note)
     ranges = _ranges(request.ranges)
     find = map_finder(request.maps)
-    descriptions = _with_targets(request, find, notify)
+    descriptions, others = _with_targets(request, find, notify)
     for name in dict.fromkeys(annotated.map for annotated in descriptions):
         for range_cells in ranges:
             SearchSpace(find(name).grid.shape, ("T",), request.searching.config(range_cells))
+    asked = _asked(request)
     manifest = _manifest(request, models, ranges, descriptions, find)
     targets = [
         facts for annotated in descriptions for facts in facts_of(annotated, find(annotated.map))
@@ -138,12 +154,18 @@ def sweep_files(
             )
             for annotated in descriptions
         )
-        sweep = Sweep(entries, used, ranges, request.starts, request.searching)
-        if len(folder.trials()) < folder.manifest["n_trials"] or not has_examples(folder):
+        sweep = Sweep(entries, used, ranges, request.starts, request.searching, *asked)
+        if len(folder.trials()) < folder.manifest["n_trials"] or not (
+            asked[-1] is not None or has_examples(folder)
+        ):
             if request.cv:
                 fitted = {name: m for name, m in models.items() if name not in PAPER_METHODS}
                 kept = request.fits or folder.path / "fits.json"
-                used.update(cross_validated(descriptions, fitted, find, kept=kept, progress=notify))
+                used.update(
+                    cross_validated(
+                        descriptions, fitted, find, learn_from=others, kept=kept, progress=notify
+                    )
+                )
             run_sweep(
                 sweep,
                 folder,
@@ -152,7 +174,8 @@ def sweep_files(
                 address=request.address,
                 progress=progress,
             )
-            write_examples(sweep, folder)
+            if asked[-1] is None:
+                write_examples(sweep, folder)
         write_parquet(folder.trials(), folder.parquet)
     return folder
 
@@ -167,16 +190,41 @@ def _relations(request: SweepRequest) -> Any:
 
 def _with_targets(
     request: SweepRequest, find: Callable[[str], CityMap], notify: Callable[[str], None]
-) -> tuple[AnnotatedDescription, ...]:
-    """Return the descriptions that tell a place."""
-    descriptions, faults = read_sound_descriptions(request.files, find)
+) -> tuple[tuple[AnnotatedDescription, ...], tuple[AnnotatedDescription, ...]]:
+    """Return the descriptions that tell a place, and what is learnt from beside them."""
+    descriptions, others, faults = read_to_score(
+        request.files, request.learn_from, find, list(request.annotations) or None
+    )
     if faults and not request.skip_bad:
         raise InputError(
             f"{'; '.join(faults)}. Correct these lines, or pass over them with --skip-bad"
         )
     for fault in faults:
         notify(f"passed over {fault}")
-    return tuple(to_score(descriptions, _relations(request), notify))
+    return tuple(to_score(descriptions, _relations(request), notify)), others
+
+
+def _asked(
+    request: SweepRequest,
+) -> tuple[tuple[int, ...], tuple[float, ...], AskingSettings | None]:
+    """Return numbers of questions, their costs, and how it is asked."""
+    if request.questions is None:
+        return (0,), (10.0,), None
+    found: list[tuple[float, ...]] = []
+    for what, given in (("questions", request.questions), ("costs", request.question_costs)):
+        try:
+            numbers = tuple(float(word) for word in given.split(","))
+        except ValueError:
+            numbers = ()
+        usable = all(math.isfinite(n) and n >= 0 for n in numbers)
+        whole = what == "costs" or all(n == int(n) for n in numbers)
+        if not numbers or not usable or not whole or len(set(numbers)) < len(numbers):
+            raise InputError(
+                f"The {what} '{given}' are no different numbers of at least 0 separated by commas; "
+                f"expected such as {'0,1,2' if what == 'questions' else '10,30'}"
+            )
+        found.append(numbers)
+    return tuple(int(n) for n in found[0]), found[1], request.asking
 
 
 def _ranges(given: str) -> tuple[float, ...]:
@@ -216,7 +264,14 @@ def _manifest(
 ) -> dict[str, Any]:
     """Return all that the trials depend on."""
     names = list(models)
-    n_targets = sum(len(annotated.targets) for annotated in descriptions)
+    questions, costs, asking = _asked(request)
+    n_targets = sum(
+        asking is None or asking.asks_about(annotated, target)
+        for annotated in descriptions
+        for target in annotated.targets
+    )
+    each = sum(len(costs) if q else 1 for q in questions)
+    asked = {"questions": list(questions), "question_costs": list(costs)}
     return {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "version": sloop_ppl.__version__,
@@ -237,7 +292,8 @@ def _manifest(
         "skip_bad": request.skip_bad,
         "n_descriptions": len(descriptions),
         "n_targets": n_targets,
-        "n_trials": n_targets * len(names) * len(ranges) * request.starts,
+        "n_trials": n_targets * len(names) * len(ranges) * request.starts * each,
+        **({} if asking is None else {"asking": {**asked, **asdict(asking)}}),
         "models": {
             name: model_digest(name, model, request.params) for name, model in models.items()
         },

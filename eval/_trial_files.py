@@ -6,9 +6,10 @@ import json
 import os
 import secrets
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from sloop_ppl._foreign import parse_json
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval.trials import Trial
 
@@ -64,18 +65,20 @@ def _write_whole(handle: int, line: bytes) -> None:
         raise
 
 
-def read_trials(folder: str | Path) -> list[Trial]:
+def read_trials(folder: str | Path, belongs: Callable[[Trial], bool] | None = None) -> list[Trial]:
     """Return the trials of all parts, each once, sorted by key.
 
     Parameters
     ----------
     folder
         Where the parts lie; nothing there is no trial.
+    belongs
+        Tells whether a trial is one of the sweep; all are when None.
 
     Raises
     ------
     InputError
-        When a whole line is no trial.
+        When a whole line is no trial, or one of another sweep.
 
     Notes
     -----
@@ -87,8 +90,10 @@ def read_trials(folder: str | Path) -> list[Trial]:
     for path in sorted(Path(folder).glob("part-*.jsonl")):
         for number, line in _whole_lines(path):
             try:
-                trial = Trial.from_json(json.loads(line))
-            except ValueError as error:  # InputError is one
+                trial = Trial.from_json(parse_json(line.decode()))
+                if belongs is not None and not belongs(trial):
+                    raise InputError("is a trial of another sweep")
+            except ValueError as error:  # InputError, ForeignFault and UnicodeDecodeError are such
                 raise InputError(
                     f"'{path}', line {number}: {error}; delete the line or the file, and give the "
                     "same command again to do its trials anew"

@@ -23,8 +23,17 @@ def examples_of(
     examples = []
     for annotated in (one for one in descriptions if one.has_gold):
         city = find_map(annotated.map)
-        cells = {target: place.cell for target, place in annotated.targets.items()}
-        examples.append(Example(annotated.description(city), city, cells, annotated.speaker))
+        places, area = annotated.places(city.grid), annotated.search_area(city.grid)
+        cells = {target: place.cell for target, place in places.items()}
+        examples.append(
+            Example(
+                annotated.description(city),
+                city,
+                cells,
+                annotated.speaker,
+                None if area is None else area.cells,
+            )
+        )
     return examples
 
 
@@ -36,12 +45,12 @@ def refitted(
     iterations: int = 30,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, ObservationModel]:
-    """Return map name -> the model fitted to the descriptions of all other maps.
+    """Return map name -> the model fitted to the descriptions of all other cities.
 
     Parameters
     ----------
     descriptions
-        Scenes of at least two maps.
+        Scenes of at least two cities; see :class:`AnnotatedDescription` for what a city is.
     model
         Where the fit starts; `bayes` starts from where it stood before its own fit, which has seen
         all maps.
@@ -55,7 +64,7 @@ def refitted(
     Raises
     ------
     InputError
-        When all descriptions are of one map.
+        When all descriptions are of one city.
     """
     found = refits(descriptions, model, find_map, iterations=iterations, progress=progress)
     start = unfitted(model)
@@ -70,11 +79,13 @@ def refits(
     iterations: int = 30,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Fitted]:
-    """Return map name -> the numbers fitted to the descriptions of all other maps.
+    """Return map name -> the numbers fitted to the descriptions of all other cities.
 
     They belong to ``unfitted(model)``; parameters and errors are those of `refitted`.
     """
-    maps = list(dict.fromkeys(annotated.map for annotated in descriptions))
+    maps: dict[str, set[str]] = {}
+    for annotated in descriptions:
+        maps.setdefault(annotated.city, set()).add(annotated.map)
     if len(maps) < 2:
         raise InputError(
             f"The descriptions are of one map ({', '.join(maps)}); expected at least two, so that "
@@ -82,12 +93,12 @@ def refits(
         )
     start = unfitted(model)
     found = {}
-    for left_out in maps:
+    for left_out, own in maps.items():
         rest = examples_of(
-            [annotated for annotated in descriptions if annotated.map != left_out], find_map
+            [annotated for annotated in descriptions if annotated.city != left_out], find_map
         )
         fitted = fit(rest, start, iterations=iterations, intervals=False)
-        found[left_out] = fitted
+        found |= dict.fromkeys(sorted(own), fitted)
         if progress:
             score = fitted.provenance["mean_log_score_after"]
             progress(f"{model.name} without {left_out}: mean log score {score:.3f} on the rest")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
@@ -21,6 +22,7 @@ from sloop_ppl.eval._line_format import (
     AnnotationLine,
     Fault,
     FrameLine,
+    HearerLine,
     Line,
     ObjectLine,
     PlaceLine,
@@ -37,6 +39,7 @@ from sloop_ppl.language import (
     check_viewpoint,
 )
 from sloop_ppl.maps import CityMap, Grid, SearchArea, load_map, search_area
+from sloop_ppl.maps._given_point import are_degrees_of
 
 __all__ = [
     "AnnotatedDescription",
@@ -45,7 +48,11 @@ __all__ = [
     "bundled_examples",
     "read_descriptions",
     "read_sound_descriptions",
+    "read_to_score",
 ]
+
+_CITY_KM = 20.0
+"""How far apart the centres of maps of one city lie at most, kilometres."""
 
 FindMap = Callable[[str], CityMap]
 
@@ -152,6 +159,9 @@ class AnnotatedDescription:
         their ids.
     source
         Name of the file it was read from, without its ending; empty for one made otherwise.
+    city
+        Name of the city that is left out with it in cross-validation: that of the map, or, where
+        maps were cut from one city, of the file that all of them are in, else of the first of them.
     """
 
     id: str
@@ -170,8 +180,11 @@ class AnnotatedDescription:
     phenomena: tuple[str, ...] = ()
     declared: tuple[TargetObject, ...] = ()
     source: str = field(default="", compare=False)
+    city: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
+        if not self.city:
+            object.__setattr__(self, "city", self.map)
         object.__setattr__(self, "targets", MappingProxyType(dict(self.targets)))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -222,7 +235,7 @@ class AnnotatedDescription:
 def read_descriptions(
     paths: str | Path | Iterable[str | Path],
     find_map: FindMap | None = None,
-    annotations: str | Path | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
 ) -> tuple[AnnotatedDescription, ...]:
     """Read one or several description files.
 
@@ -233,8 +246,8 @@ def read_descriptions(
     find_map
         Gives the map of a line by the name in its field ``map``; bundled names and paths when None.
     annotations
-        A ``.jsonl`` file of ``id`` and ``relations``: the gold of the lines with these ids, in
-        place of any they have.
+        A ``.jsonl`` file of ``id`` and ``relations``, or several: the gold of the lines with these
+        ids, in place of any they have.
 
     Returns
     -------
@@ -268,7 +281,7 @@ def read_descriptions(
 def read_sound_descriptions(
     paths: str | Path | Iterable[str | Path],
     find_map: FindMap | None = None,
-    annotations: str | Path | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
 ) -> tuple[tuple[AnnotatedDescription, ...], tuple[str, ...]]:
     """Return the lines of description files that follow the format, and the faults of the others.
 
@@ -291,7 +304,9 @@ def read_sound_descriptions(
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     find = functools.cache(find_map or load_map)
     faults: list[str] = []
-    notes = {} if annotations is None else _annotations(annotations, faults)
+    notes: dict[str, dict[str, Any]] = {}
+    for file in () if annotations is None else annotation_files(annotations):
+        _read_annotations(file, notes, faults)
     names = _source_names(sources)
     descriptions: dict[str, AnnotatedDescription] = {}
     for source in sources:
@@ -310,9 +325,73 @@ def read_sound_descriptions(
             faults.append(f"{source} holds no description; expected one JSON object a line")
     if notes and not faults and not notes.keys() & descriptions.keys():
         faults.append(
-            f"{annotations} holds the ids of none of these lines, but such as '{next(iter(notes))}'"
+            f"{', '.join(map(str, annotation_files(annotations or [])))} holds the ids of none of "
+            f"these lines, but such as '{next(iter(notes))}'"
         )
-    return tuple(descriptions.values()), tuple(faults)
+    return _with_cities(descriptions.values(), find), tuple(faults)
+
+
+def read_to_score(
+    files: Sequence[str | Path],
+    learn_from: Sequence[str | Path],
+    find_map: FindMap | None = None,
+    annotations: str | Path | Sequence[str | Path] | None = None,
+) -> tuple[tuple[AnnotatedDescription, ...], tuple[AnnotatedDescription, ...], tuple[str, ...]]:
+    """Return the lines of some files, those of files to learn from, and the faults of all.
+
+    Parameters
+    ----------
+    files
+        What is scored.
+    learn_from
+        What a fit may learn from beside it; files that are scored too count once.
+    find_map, annotations
+        As in `read_descriptions`; annotations may be of lines of either.
+    """
+    scored = {Path(file).resolve() for file in files}
+    others = [file for file in learn_from if Path(file).resolve() not in scored]
+    names = _source_names([*files, *others])
+    found, faults = read_sound_descriptions([*files, *others], find_map, annotations)
+    own = {names[file] for file in files}
+    return (
+        tuple(one for one in found if one.source in own),
+        tuple(one for one in found if one.source not in own),
+        faults,
+    )
+
+
+def _with_cities(
+    descriptions: Collection[AnnotatedDescription], find: FindMap
+) -> tuple[AnnotatedDescription, ...]:
+    """Return lines that know their cities: maps whose centres lie within 20 km are of one city."""
+    maps = dict.fromkeys(one.map for one in descriptions)
+    centres = {name: find(name).grid.centre for name in maps}
+    sources: dict[str, set[str]] = {}
+    for one in descriptions:
+        sources.setdefault(one.map, set()).add(one.source)
+    groups: list[list[str]] = []
+    for name in maps:
+        near = [g for g in groups if any(_is_near(centres[name], centres[other]) for other in g)]
+        groups = [g for g in groups if g not in near]
+        groups.append([*(other for g in near for other in g), name])
+    cities = {}
+    for group in groups:
+        files = set().union(*(sources[name] for name in group))
+        city = group[0] if len(group) == 1 or len(files) > 1 else next(iter(files))
+        cities |= dict.fromkeys(group, city)
+    return tuple(replace(one, city=cities[one.map]) for one in descriptions)
+
+
+def _is_near(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """Tell whether two centres, latitude and longitude in degrees, lie within a city of each other.
+
+    A degree of latitude is 111 km, one of longitude that times the cosine of the latitude.
+    """
+    if one is None or other is None:
+        return False
+    east = (one[1] - other[1] + 180) % 360 - 180
+    east_km = 111.2 * east * math.cos(math.radians((one[0] + other[0]) / 2))
+    return math.hypot(east_km, 111.2 * (one[0] - other[0])) < _CITY_KM
 
 
 def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:
@@ -335,9 +414,18 @@ def _check_new(description_id: str, known: Container[str]) -> None:
         raise Fault("id", f"repeats '{description_id}'; expected one line for each id")
 
 
-def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, Any]]:
-    """Return id -> the fields that a file of annotations gives a line; add its faults."""
-    found: dict[str, dict[str, Any]] = {}
+def annotation_files(
+    annotations: str | Path | Sequence[str | Path],
+) -> tuple[str | Path, ...]:
+    """Return the files of annotations that are given as one path or as several."""
+    return (annotations,) if isinstance(annotations, str | Path) else tuple(annotations)
+
+
+def _read_annotations(
+    source: str | Path, found: dict[str, dict[str, Any]], faults: list[str]
+) -> None:
+    """Add id -> the fields that a file of annotations gives a line, and its faults."""
+    before = len(found), len(faults)
     for number, line in _lines(source):
         try:
             data = _parse(line)
@@ -346,9 +434,8 @@ def _annotations(source: str | Path, faults: list[str]) -> dict[str, dict[str, A
             found[known.id] = {"relations": data["relations"]}
         except Fault as fault:
             faults.append(f"{source}:{number}: field '{fault.field}' {fault.what}")
-    if not found and not faults:
+    if before == (len(found), len(faults)):
         faults.append(f"{source} holds no annotation; expected one JSON object a line")
-    return found
 
 
 def _lines(source: str | Path) -> Iterator[tuple[int, str]]:
@@ -400,7 +487,7 @@ def _annotated(data: Mapping[str, Any], find: FindMap) -> AnnotatedDescription:
         phenomena=tuple(line.phenomena),
         declared=declared,
         area_m=_area(line, city.grid, targets),
-        hearer=None if line.hearer is None else (line.hearer.east_m, line.hearer.north_m),
+        hearer=None if line.hearer is None else _point(line.hearer, "hearer", city.grid),
     )
 
 
@@ -415,11 +502,13 @@ def _entries_as_meant(
     entries: tuple[GoldEntry, ...], viewpoint: Viewpoint
 ) -> tuple[GoldEntry, ...]:
     alone = tuple(
-        SpatialRelation(entry.figure, entry.relation, (entry.ground or NOT_ON_MAP,))
+        SpatialRelation(
+            entry.figure, entry.relation, (entry.ground or NOT_ON_MAP,), part=entry.part
+        )
         for entry in entries
     )
     return tuple(
-        replace(entry, relation=meant.relation)
+        replace(entry, relation=meant.relation, part=meant.part)
         for entry, meant in zip(entries, _as_meant(alone, viewpoint), strict=True)
     )
 
@@ -467,21 +556,50 @@ def _area(
     return west, south, east, north
 
 
-def _place(line: PlaceLine, path: str, grid: Grid) -> Place:
+def _point(line: PlaceLine | HearerLine, path: str, grid: Grid) -> tuple[float, float]:
+    """Return x and y, metres, of a place that is given in metres, in degrees or in both."""
     x, y = line.east_m, line.north_m
+    degrees = None if line.lonlat is None else _metres_of(line.lonlat, path, grid)
+    if degrees is not None and x is None and y is None:
+        return degrees
+    if x is None or y is None:
+        lacking = "east_m" if x is None else "north_m"
+        raise Fault(f"{path}.{lacking}", "is missing; expected a finite number, or 'lonlat' alone")
+    # Written so that a coordinate which does not project (nan, inf) is a fault.
+    if degrees and not max(abs(degrees[0] - x), abs(degrees[1] - y)) <= _LONLAT_SLACK_M:
+        raise Fault(
+            f"{path}.lonlat",
+            f"is ({degrees[0]:.1f}, {degrees[1]:.1f}) m on this map; expected the place "
+            f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
+        )
+    if degrees is None and are_degrees_of(grid, x, y):
+        raise Fault(
+            path,
+            f"has east_m {x:.10g} and north_m {y:.10g}, which are degrees of this map; expected "
+            "metres from its centre, or 'lonlat': [longitude, latitude]",
+        )
+    return x, y
+
+
+def _metres_of(lonlat: tuple[float, float], path: str, grid: Grid) -> tuple[float, float]:
+    lon, lat = lonlat
+    try:
+        x, y = grid.from_lonlat(lon, lat)
+    except SloopError as error:
+        raise Fault(f"{path}.lonlat", f"cannot be placed: {error}") from error
+    return float(x), float(y)
+
+
+def _place(line: PlaceLine, path: str, grid: Grid) -> Place:
+    x, y = _point(line, path, grid)
     try:
         cell = grid.cell_at(x, y)
     except SloopError as error:
-        raise Fault(path, f"is not on the map: {error}") from error
-    if line.lonlat is not None:
-        near_x, near_y = grid.from_lonlat(*line.lonlat)
-        # Written so that a coordinate which does not project (nan, inf) is a fault.
-        if not max(abs(near_x - x), abs(near_y - y)) <= _LONLAT_SLACK_M:
+        if line.lonlat is not None and grid.contains(*_metres_of(line.lonlat[::-1], path, grid)):
             raise Fault(
-                f"{path}.lonlat",
-                f"is ({float(near_x):.1f}, {float(near_y):.1f}) m on this map; expected the place "
-                f"that 'east_m' and 'north_m' give, ({x:g}, {y:g})",
-            )
+                f"{path}.lonlat", f"is {list(line.lonlat)}; expected longitude, then latitude"
+            ) from error
+        raise Fault(path, f"is not on the map: {error}") from error
     counted = Grid(*grid.extent_m, cell_m=_COUNTED_CELL_M)
     row, col = counted.cell_at(x, y)
     for name, found, expected in (

@@ -83,7 +83,12 @@ class Results:
     @cached_property
     def _by_cell(self) -> Mapping[tuple[str, float], tuple[Trial, ...]]:
         cells: dict[tuple[str, float], list[Trial]] = {}
+        asked = self.manifest.get("asking")
+        plain = int(asked["questions"][0]) if asked else 0
+        cost = float(asked["question_costs"][0]) if asked and plain else 0.0
         for trial in self.trials:
+            if (trial.key.questions, trial.key.question_cost) != (plain, cost):
+                continue
             cells.setdefault((trial.key.model, trial.key.range_cells), []).append(trial)
         return {key: tuple(found) for key, found in cells.items()}
 
@@ -148,7 +153,9 @@ def read_results(path: str | Path) -> Results:
     """
     folder = read_run(path)
     trials = folder.trials()
-    expected = folder.manifest["n_trials"]
+    made_of = folder.manifest
+    expected = len(folder.targets) * len(made_of["model_names"]) * len(made_of["ranges_cells"])
+    expected *= made_of["starts"]
     if len(trials) < expected:
         raise InputError(
             f"The sweep in '{path}' has {len(trials)} of its {expected} trials; give the same "
@@ -158,7 +165,7 @@ def read_results(path: str | Path) -> Results:
 
 
 def reward_summary(results: Results) -> dict[str, Any]:
-    """Return what ``sloop eval report --json`` prints.
+    """Return what ``sloop eval report --json`` prints of a sweep that does not ask.
 
     Notes
     -----

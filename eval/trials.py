@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError
+from sloop_ppl.eval._run_records import TrialRecord
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap, Grid
 from sloop_ppl.planning import SearchConfig
@@ -43,6 +45,10 @@ class TrialKey:
         How far the sensor sees, cells.
     start
         Number of the start, from 0.
+    questions
+        How many questions may be asked.
+    question_cost
+        What each costs; 0 where none may be asked.
     """
 
     description: str
@@ -50,6 +56,8 @@ class TrialKey:
     model: str
     range_cells: float
     start: int
+    questions: int = 0
+    question_cost: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,17 @@ class Trial:
         Where the robot began, x and y in metres.
     seconds
         Wall time of the search; two runs of a trial differ in nothing else.
+    asked
+        Questions that were asked.
+    gross_reward
+        Sum of the discounted rewards without the costs of questions; None in a sweep that does not
+        ask.
+    expected_bits, realised_bits
+        Expected information of the questions, and by how many bits the belief in the true cell
+        rose by their answers.
+    log_score
+        Natural log of the belief at the true cell before the search; None in a sweep that does not
+        ask.
     """
 
     key: TrialKey
@@ -85,6 +104,11 @@ class Trial:
     reward: float
     start_m: tuple[float, float]
     seconds: float
+    asked: int = 0
+    gross_reward: float | None = None
+    expected_bits: float = 0.0
+    realised_bits: float = 0.0
+    log_score: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as one flat JSON object."""
@@ -100,6 +124,11 @@ class Trial:
             "start_x_m": x,
             "start_y_m": y,
             "seconds": self.seconds,
+            "asked": self.asked,
+            "gross_reward": self.gross_reward,
+            "expected_bits": self.expected_bits,
+            "realised_bits": self.realised_bits,
+            "log_score": self.log_score,
         }
 
     @classmethod
@@ -112,25 +141,33 @@ class Trial:
             When a member is missing or unusable.
         """
         try:
-            return cls(
-                key=TrialKey(
-                    str(record["description"]),
-                    str(record["target"]),
-                    str(record["model"]),
-                    float(record["range_cells"]),
-                    int(record["start"]),
-                ),
-                map=str(record["map"]),
-                configuration=str(record["configuration"]),
-                found=bool(record["found"]),
-                steps=int(record["steps"]),
-                discounted_reward=float(record["discounted_reward"]),
-                reward=float(record["reward"]),
-                start_m=(float(record["start_x_m"]), float(record["start_y_m"])),
-                seconds=float(record["seconds"]),
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"is no trial ({type(error).__name__}: {error})") from error
+            known = checked(record, TrialRecord)
+        except Fault as fault:
+            raise InputError(f"is no trial ({fault})") from fault
+        return cls(
+            key=TrialKey(
+                known.description,
+                known.target,
+                known.model,
+                known.range_cells,
+                known.start,
+                known.questions,
+                known.question_cost,
+            ),
+            map=known.map,
+            configuration=known.configuration,
+            found=known.found,
+            steps=known.steps,
+            discounted_reward=known.discounted_reward,
+            reward=known.reward,
+            start_m=(known.start_x_m, known.start_y_m),
+            seconds=known.seconds,
+            asked=known.asked,
+            gross_reward=known.gross_reward,
+            expected_bits=known.expected_bits,
+            realised_bits=known.realised_bits,
+            log_score=known.log_score,
+        )
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from sloop_ppl._rooms import load_later
 if TYPE_CHECKING:
     from sloop_ppl.inference._enumeration import PYRO_LOCK
     from sloop_ppl.inference._log_evidence import LogEvidence
+    from sloop_ppl.inference.answers import AnswerFactor, CheckedAnswer
     from sloop_ppl.inference.comparison import (
         EngineComparison,
         EngineRun,
@@ -54,6 +55,8 @@ if TYPE_CHECKING:
 __all__ = [
     "ENGINES",
     "PYRO_LOCK",
+    "AnswerFactor",
+    "CheckedAnswer",
     "DescriptionFactor",
     "Engine",
     "EngineComparison",
@@ -103,6 +106,7 @@ __all__ = [
 _HOMES = {
     "_enumeration": ("PYRO_LOCK",),
     "_log_evidence": ("LogEvidence",),
+    "answers": ("AnswerFactor", "CheckedAnswer"),
     "comparison": ("EngineComparison", "EngineRun", "ModelScore", "compare", "rank_models"),
     "engines": ("ENGINES", "Engine", "Enumerate", "Exact", "Importance", "InferenceInfo"),
     "export_geojson": ("cells_geojson", "write_geojson"),

@@ -271,6 +271,7 @@ def _drawn_angles(
         node = _by_column(weights[:, components, cells], pick)
     else:
         angles, mass, _ = own.nodes(_BINS)
+        mass = mass * own.answer_likelihood(angles)
         uses = np.array([part.uses_frames for part in factors[framed.which].data.model.components])
         places, home = np.unique(cells, return_inverse=True)
         weighted = mass[:, None] * own.ratio_at(angles, places)

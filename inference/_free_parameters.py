@@ -24,7 +24,10 @@ __all__ = ["FreeParameters"]
 
 _MODEL = (
     share_parameter("lapse", 0.1, "probability that a phrase is wrong"),
-    share_parameter("temper", 0.5, "how far a component of several phrases is tempered"),
+    share_parameter("own_lapse", 0.1, "probability that a phrase of one's own place is wrong"),
+    # n phrases count as the root of n: a product that is sharper covers less where phrases repeat
+    # one another, which few descriptions show, so that the prior is narrow.
+    Parameter("temper", "1", 0.0, 1.0, 0.5, 0.3, "how far a component of phrases is tempered"),
 )
 _FRAMES = (
     Parameter("kappa", "1", 0.0, math.inf, 4.0, 0.7, "concentration around the predicted front"),
@@ -70,8 +73,12 @@ class FreeParameters:
         self.model = model
         self.is_generative = not why_not_generative(model)
         declared = {p.name: ("likelihood", p) for p in parameters_of(model.likelihood)}
+        # Words are scored without tempering, and by one lapse.
+        left_out = ("temper", "own_lapse") if self.is_generative else ()
         declared |= {
-            p.name: ("model", p) for p in _MODEL if p.name != "temper" or not self.is_generative
+            p.name: ("model", p)
+            for p in _MODEL
+            if p.name not in left_out and getattr(model, p.name) is not None
         }
         prior: Any = model.frame_prior
         if is_dataclass(prior):

@@ -102,7 +102,8 @@ class PhraseTables:
     ) -> Tensor:
         """Return what `log_phi_without_lapse` does with the lapse mixed in."""
         log_p = self.log_phi_without_lapse(angles_rad, cells)
-        return with_lapse(log_p, self.data.model, self.data.log_uninformative)
+        lapse = self.data.model.lapse_of(self.relation)
+        return with_lapse(log_p, lapse, self.data.log_uninformative)
 
     def log_phi_without_lapse(
         self, angles_rad: Table, cells: NDArray[np.intp] | None = None
@@ -165,7 +166,8 @@ class PhraseTables:
         """
         if list(own) == ["lapse"]:  # no frame to look at: the closed form has all that is needed
             log_phi = self.log_phi.values
-            level = math.log(self.data.model.lapse) + self.data.log_uninformative
+            lapse = self.data.model.lapse_of(self.relation)
+            level = math.log(lapse) + self.data.log_uninformative
             lapsed = torch.full_like(log_phi, level)
             informative = log_phi + torch.log1p(-(lapsed - log_phi).exp().clamp_max(1.0))
             return LogTable(("lapse", *self.log_phi.latents), torch.stack([informative, lapsed]))
@@ -300,7 +302,7 @@ class PhraseLatents:
             return {}
         phrase, j = self.tables.phrase, self.before + self.position
         names = {latent.name: self.called(latent.name) for latent in phrase.own}
-        if self.data.model.lapse:
+        if self.data.model.lapse_of(self.tables.relation):
             names["lapse"] = f"{self.target}/lapse_{j}"
         if phrase.frames is not None and phrase.shared_angles is None:
             names["frame"] = f"{self.target}/frame_{j}"

@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 
 from sloop_ppl._cell_axes import by_coordinate
 from sloop_ppl._foreign import parse_json
+from sloop_ppl._records import Text, checked
 from sloop_ppl.errors import InputError
+from sloop_ppl.inference.answers import AnswerFactor
 from sloop_ppl.inference.engines import ENGINES, Engine
 from sloop_ppl.inference.factors import DescriptionFactor
 from sloop_ppl.language import Description
@@ -49,13 +51,31 @@ _SECTIONS = {"cells": 1, "descriptions": 1, "engine": 1, "factors": 1, "map": 1,
 """Section of a file -> its version. A reader refuses versions it does not know, section by
 section, and passes over sections it does not know, so that a later latent needs no new format."""
 
-_OPTIONAL = {"area": 1, "digest": 1}
+_OPTIONAL = {"answers": 1, "area": 1, "digest": 1}
 """Sections that a file may lack: without an area it is the map; earlier files have no digest."""
 
 _DIGESTED = (
     *("belief", "log_prior", "log_sensed", "log_factor"),
     *("entry_target", "entry_description", "target", "component", "x", "y"),
 )
+
+
+_OPTIONAL_TEXTS = ("tables_digest", "area_wkt")
+_Places = tuple[tuple[float, float], ...]
+
+
+class _Attributes(msgspec.Struct, frozen=True):
+    """The texts of a file, most of them JSON."""
+
+    map_geojson: Text
+    model_parts: Text
+    descriptions: Text
+    truths: Text
+    engine: Text
+    engine_options: Text
+    tables_digest: Text | None = None
+    area_wkt: Text | None = None
+    answers: Text = "[]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +92,8 @@ class StoredPosterior:
         The descriptions, weighed.
     area
         Where targets are searched for; the whole map when None.
+    answers
+        What was answered to questions.
     """
 
     city: CityMap
@@ -81,6 +103,7 @@ class StoredPosterior:
     factors: tuple[DescriptionFactor, ...]
     log_sensed: Mapping[str, Table]
     area: SearchArea | None = None
+    answers: tuple[AnswerFactor, ...] = ()
 
 
 def to_dataset(
@@ -111,6 +134,7 @@ def to_dataset(
         factors[entry, : len(rows)] = rows
     cells = ("y", "x")
     sections = {**_SECTIONS, "digest": 1, **({"area": 1} if parts.area else {})}
+    sections |= {"answers": 1} if parts.answers else {}
     made = xarray.Dataset(
         {
             "belief": (("target", *cells), over_cells(beliefs)),
@@ -145,6 +169,7 @@ def to_dataset(
             "truths": json.dumps([f.data.truths for f in parts.factors]),
             "map_geojson": json.dumps(to_geojson(parts.city)),
             **({"area_wkt": parts.area.polygon.wkt} if parts.area else {}),
+            **({"answers": _answers_json(parts.answers)} if parts.answers else {}),
         },
     )
     return made.assign_attrs(tables_digest=tables_digest(made))
@@ -224,7 +249,7 @@ def load_parts(path: str | Path) -> StoredPosterior:
     try:
         sections = parse_json(data.attrs["sections"])
         _check_sections(sections)
-        return _from_dataset(data, "digest" in sections)
+        return _from_dataset(data, "digest" in sections, "answers" in sections)
     except KeyError as error:
         raise InputError(f"Posterior '{path}' lacks {error}; infer it again") from error
     except Exception as error:  # whatever a damaged part makes its reader raise
@@ -253,24 +278,30 @@ def _check_sections(found: Any) -> None:
             )
 
 
-def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
-    city = from_geojson(parse_json(data.attrs["map_geojson"]))
+def _from_dataset(data: xarray.Dataset, has_digest: bool, has_answers: bool) -> StoredPosterior:
+    attributes = _attributes(data)
+    city = from_geojson(parse_json(attributes.map_geojson))
     data = by_coordinate(data, "its tables have other cells than its map", city.grid)
     data = data.transpose("target", "entry", "setting", "component", "y", "x")
-    model = model_from_parts(parse_json(data.attrs["model_parts"], finite=False))
+    model = model_from_parts(parse_json(attributes.model_parts, finite=False))
     targets = [str(t) for t in data["target"].values]
     names = tuple(str(name) for name in data["component"].values)
     if names != tuple(part.name for part in model.components):
         raise InputError(
             f"it holds {len(names)} components; its model has {len(model.components)}, or others"
         )
-    if has_digest and data.attrs["tables_digest"] != tables_digest(data):
+    if has_digest and attributes.tables_digest != tables_digest(data):
         raise InputError("its tables are not those that were saved; infer it again")
-    truths, written = parse_json(data.attrs["truths"]), parse_json(data.attrs["descriptions"])
-    _check_tables(data, len(written))
+    written = _bounded(parse_json(attributes.descriptions))
+    spoken = msgspec.convert(written, list[tuple[Description, ...]])
+    truths = msgspec.convert(parse_json(attributes.truths), list[_Places | None])
+    if len(truths) != len(spoken):
+        raise InputError(
+            f"it holds {len(truths)} lists of true places for {len(spoken)} utterances"
+        )
+    _check_tables(data, len(spoken))
     factors = []
-    for d, records in enumerate(written):
-        descriptions = tuple(map(_description, records))
+    for d, descriptions in enumerate(spoken):
         grounded = ground_description(descriptions, city, model, targets)
         to_targets = ground_target_relations(descriptions, city, model, targets)
         ground = program_data(grounded, city, model, truths=truths[d], to_targets=to_targets)
@@ -288,12 +319,23 @@ def _from_dataset(data: xarray.Dataset, has_digest: bool) -> StoredPosterior:
     return StoredPosterior(
         city=city,
         model=model,
-        method=_engine(str(data.attrs["engine"]), parse_json(data.attrs["engine_options"])),
+        method=_engine(attributes.engine, parse_json(attributes.engine_options)),
         log_prior={t: _cells(data["log_prior"], t) for t in targets},
         factors=tuple(factors),
         log_sensed={t: _cells(data["log_sensed"], t) for t in targets},
-        area=_area(data.attrs.get("area_wkt"), city),
+        area=_area(attributes.area_wkt, city),
+        answers=_answers(attributes.answers) if has_answers else (),
     )
+
+
+def _attributes(data: xarray.Dataset) -> _Attributes:
+    """Return the texts of a file, checked to be texts; a KeyError names one that is missing."""
+    required = [field.name for field in msgspec.structs.fields(_Attributes) if field.required]
+    found = {name: data.attrs[name] for name in required}
+    optional = {name: data.attrs[name] for name in _OPTIONAL_TEXTS if name in data.attrs}
+    # netCDF gives a number as one of numpy's.
+    plain = {name: getattr(v, "tolist", lambda v=v: v)() for name, v in (found | optional).items()}
+    return checked(plain, _Attributes)
 
 
 def _cells(table: xarray.DataArray, target: str) -> Table:
@@ -319,14 +361,62 @@ def _check_tables(data: xarray.Dataset, n_descriptions: int) -> None:
             raise InputError(f"its {name} names one that is not there; infer it again")
 
 
-def _area(wkt: Any, city: CityMap) -> SearchArea | None:
+def _area(wkt: str | None, city: CityMap) -> SearchArea | None:
     if wkt is None:
         return None
     try:
-        polygon = shapely.from_wkt(str(wkt))
+        polygon = shapely.from_wkt(wkt)
     except shapely.errors.ShapelyError as error:
         raise InputError(f"its area is no polygon: {error}") from error
     return search_area(polygon, city.grid)
+
+
+def _answers_json(answers: tuple[AnswerFactor, ...]) -> str:
+    """Return answers as JSON; of a latent that is a cell the number of cells stands for all."""
+    return json.dumps(
+        [
+            {
+                "question": answer.question,
+                "answer": answer.answer,
+                "latents": list(answer.latents),
+                "supports": [len(v) if isinstance(v, range) else list(v) for v in answer.supports],
+                "likelihood": answer.likelihood.tolist(),
+                "meant": answer.meant.tolist(),
+                "text": answer.text,
+                "description": answer.description and _plain(asdict(answer.description)),
+            }
+            for answer in answers
+        ]
+    )
+
+
+class _AnswerRecord(msgspec.Struct, frozen=True):
+    """An answer, as a file has it."""
+
+    question: Text
+    answer: Text
+    latents: tuple[Text, ...]
+    supports: list[int | list[Any]]
+    likelihood: Any
+    meant: Any
+    text: Text
+    description: Description | None
+
+
+def _answers(written: str) -> tuple[AnswerFactor, ...]:
+    return tuple(
+        AnswerFactor(
+            question=record.question,
+            answer=record.answer,
+            latents=record.latents,
+            supports=tuple(range(v) if isinstance(v, int) else tuple(v) for v in record.supports),
+            likelihood=np.array(record.likelihood, dtype=np.float64),
+            meant=np.array(record.meant, dtype=np.float64),
+            text=record.text,
+            description=record.description,
+        )
+        for record in checked(parse_json(written), list[_AnswerRecord])
+    )
 
 
 def _settings(factor: DescriptionFactor) -> int:
@@ -364,8 +454,3 @@ def _bounded(value: Any) -> Any:
             known["high_m"] = math.inf
         return known
     return [_bounded(one) for one in value] if isinstance(value, list) else value
-
-
-def _description(data: dict[str, Any]) -> Description:
-    """Rebuild a description from what :func:`dataclasses.asdict` and JSON made of it."""
-    return msgspec.convert(_bounded(data), Description)

@@ -60,12 +60,16 @@ class Example:
         Target -> row (row 0 in the south) and column; targets left out teach nothing.
     speaker
         Who said it; only wanted where parameters vary from speaker to speaker.
+    area
+        True for the cells in which targets are searched for, shape (H, W): beliefs are of these;
+        None for all.
     """
 
     description: Description
     city: CityMap
     cells: Mapping[str, tuple[int, int]]
     speaker: str | None = None
+    area: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +80,12 @@ class _KnownTarget:
     city: CityMap
     cell: int
     speaker: int
+    area: NDArray[np.bool_] | None = None
+
+    @property
+    def shares_tables(self) -> bool:
+        """Tell whether it may be one of several targets of a program: no latent is its own."""
+        return not any(term.choices for term in self.terms)
 
 
 class SupervisedScore(Protocol):
@@ -108,8 +118,9 @@ def supervised_score(
         When no example knows a cell of which something was said, a cell is not on its map, or
         speakers are wanted and an example has none.
     """
-    targets = _known_targets(examples, free.model, speakers)
-    return WordScore(targets) if free.is_generative else BeliefScore(targets)
+    if free.is_generative:
+        return WordScore(_known_targets(examples, free.model, speakers, sum_grounds=False))
+    return BeliefScore(_known_targets(examples, free.model, speakers))
 
 
 def belief_scores(examples: Sequence[Example], model: ObservationModel) -> Tensor:
@@ -120,11 +131,15 @@ def belief_scores(examples: Sequence[Example], model: ObservationModel) -> Tenso
 
 
 def _known_targets(
-    examples: Sequence[Example], model: ObservationModel, speakers: Sequence[str]
+    examples: Sequence[Example],
+    model: ObservationModel,
+    speakers: Sequence[str],
+    *,
+    sum_grounds: bool = True,
 ) -> list[_KnownTarget]:
     targets = []
-    # One is taught by what was most probably meant, so that a table serves many examples.
-    certain = replace(model, sum_readings=False, sum_grounds=False)
+    # The most probable reading teaches; which of several places was meant stays open.
+    certain = replace(model, sum_readings=False, sum_grounds=sum_grounds)
     for i, example in enumerate(examples):
         if speakers and example.speaker is None:
             raise InputError(
@@ -141,9 +156,8 @@ def _known_targets(
                     f"{rows - 1} and columns 0 to {cols - 1}"
                 )
             if grounded.get(target):
-                targets.append(
-                    _KnownTarget(grounded[target], example.city, row * cols + col, speaker)
-                )
+                terms, cell = grounded[target], row * cols + col
+                targets.append(_KnownTarget(terms, example.city, cell, speaker, example.area))
     if not targets:
         raise InputError("No example says anything of a target whose cell is known")
     return targets
@@ -156,9 +170,11 @@ class BeliefScore:
 
     def __init__(self, targets: Sequence[_KnownTarget]) -> None:
         self.size = len(targets)
-        parted: dict[tuple[str, int], list[_KnownTarget]] = {}
-        for one in targets:
-            parted.setdefault((one.city.digest, one.speaker), []).append(one)
+        parted: dict[Hashable, list[_KnownTarget]] = {}
+        for n, one in enumerate(targets):
+            area = None if one.area is None else one.area.tobytes()
+            alone = None if one.shares_tables else n
+            parted.setdefault((one.city.digest, one.speaker, area, alone), []).append(one)
         self.groups = list(parted.values())
 
     def scores(self, free: FreeParameters, z: Tensor, deviations: Deviations) -> Tensor:
@@ -180,12 +196,17 @@ def _log_beliefs(
     relations = {str(n): one.terms for n, one in enumerate(group)}
     data = program_data(relations, group[0].city, model)
     rows = torch.stack(description_tables(Program(data, "summed")))
+    if data.shared:  # what is left open is summed out by its prior
+        rows = (rows + data.log_shared[..., None]).flatten(1, -3).logsumexp(1)
     if log_weights is not None:  # in place of the weights that the components have
         applies = torch.isfinite(data.log_weight)
         weight = log_normalise(torch.where(applies, log_weights, -math.inf))
         fixed = torch.where(applies, data.log_weight, 0.0)
         rows = torch.where(applies[..., None], rows - fixed[..., None], 0.0) + weight[..., None]
-    log_p = log_normalise(torch.logsumexp(rows, 1))
+    log_q = torch.logsumexp(rows, 1)
+    if group[0].area is not None:  # -1e30 has a gradient, which -inf has not
+        log_q = torch.where(torch.from_numpy(group[0].area.reshape(-1)), log_q, -1e30)
+    log_p = log_normalise(log_q)
     return log_p[torch.arange(len(group)), torch.tensor([one.cell for one in group])]
 
 
@@ -227,7 +248,7 @@ class WordScore:
                 own[i] = z[i] + offset[ground.speaker]
             there = free.at(own) if deviations else model
             log_word = log_words(ground.options, there, ground.words, ground.denied)
-            log_phrase = with_lapse(log_word, model, model.log_uninformative(1))
+            log_phrase = with_lapse(log_word, model.lapse, model.log_uninformative(1))
             literal = literal.index_add(0, ground.target, log_phrase)
         uninformative = self._phrases * model.log_uninformative(1)
         each = [

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import DescriptionError, InputError
 from sloop_ppl.inference._pairs import pair_groups
 from sloop_ppl.inference._phrase_tables import PhraseLatents, latents_of_phrases
+from sloop_ppl.inference.answers import AnswerFactor
 from sloop_ppl.inference.engines import Engine
 from sloop_ppl.inference.joint import JointPosterior, LogFactor, LogTable
 from sloop_ppl.language import Description, SpatialRelation
@@ -115,8 +116,9 @@ def joint_posterior(
     log_prior: Mapping[str, Table],
     log_sensed: Mapping[str, Table],
     factors: Sequence[DescriptionFactor],
+    answers: Sequence[AnswerFactor] = (),
 ) -> JointPosterior:
-    """Return the joint posterior of what was said and sensed.
+    """Return the joint posterior of what was said, answered and sensed.
 
     Parameters
     ----------
@@ -124,6 +126,8 @@ def joint_posterior(
         Target -> log prior over cells, shape (S,).
     log_sensed
         Target -> log likelihood of what was sensed, shape (S,).
+    answers
+        Answers to questions about the latents of these.
 
     Raises
     ------
@@ -161,6 +165,7 @@ def joint_posterior(
         for kernel in factor.pairs
     ]
     tables += pair_groups(gated, {name: len(values) for name, values in supports.items()})
+    tables += [answer.table() for answer in answers if answer.informs]
     if settings > MOST_SETTINGS:
         raise InputError(
             f"The descriptions share frames with {settings} joint settings; at most "

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference._phrase_tables import FRAME_BINS, PhraseTables
 from sloop_ppl.inference.factors import DescriptionFactor, site_name
-from sloop_ppl.inference.joint import JointPosterior
+from sloop_ppl.inference.joint import JointPosterior, LogTable
 from sloop_ppl.inference.summaries import circular_summary
 from sloop_ppl.maps import Grid
 from sloop_ppl.models import FrameDistribution, FramePart, GroundedRelation, SharedFrame
@@ -211,6 +211,14 @@ class FramePosterior:
         self.n_cells = data.n_cells
         names = [site_name(latent.name, framed.which) for latent in data.shared]
         component = site_name(f"{target}/component", framed.which)
+        own = f"{target}/frame_{framed.relation}"
+        self.answered = [
+            f for f in joint.factors if isinstance(f, LogTable) and f.latents == (own,)
+        ]
+        self._support = joint.support(own) if self.answered else ()
+        if self.answered:  # they weigh the fronts themselves, below
+            others = tuple(f for f in joint.factors if f not in self.answered)
+            joint = JointPosterior(others, joint.supports, joint.local)
         weights = joint.probabilities(*names, component, f"{target}/cell")
         uses = np.array([part.uses_frames for part in model.components])
         self.used = weights[..., uses, :].sum(-2).reshape(-1)  # (X,)
@@ -224,6 +232,16 @@ class FramePosterior:
             over = np.moveaxis(weights.sum(-2), axis, 0).reshape(len(shared.support), -1)
             by_cell = over.reshape(len(shared.support), -1, self.n_cells).sum(1)
             self.shared = _SharedGain(shared, by_cell, self.prior)
+
+    def answer_likelihood(self, angles_rad: Table) -> Table:
+        """Return how probable what was answered of the front is if it is so, shape (B,)."""
+        if not self.answered:
+            return np.ones(len(angles_rad))
+        at = np.exp(1j * np.array(self._support, dtype=np.float64))
+        nearest = np.abs(np.exp(1j * angles_rad)[:, None] - at).argmin(1)
+        log_p = sum(factor.values.numpy() for factor in self.answered)
+        found: Table = np.exp(np.asarray(log_p))[nearest]
+        return found
 
     def ratio(self, angles_rad: Table, cells: NDArray[np.intp] | None = None) -> Table:
         """Return phi(s, psi) / E_psi phi(s, psi) for some fronts, 0 where nothing is likely.
@@ -281,7 +299,8 @@ class FramePosterior:
         phi = np.exp(np.broadcast_to(log_phi, self.shape)).reshape(-1, self.n_cells)
         used = self.used.reshape(-1, self.n_cells)
         weight = np.divide(used, phi, out=np.zeros_like(used), where=phi > 0)
-        level = data.model.lapse * math.exp(data.log_uninformative)
+        lapse = data.model.lapse_of(self.tables.relation)
+        level = lapse * math.exp(data.log_uninformative)
         moved = np.maximum(used - level * weight, 0.0)
         by_cell = moved.sum(0)
         order = np.argsort(-by_cell)
@@ -290,14 +309,14 @@ class FramePosterior:
         cells = np.sort(order[: int((left > least).sum()) + 1])
         fixed = self.unused.sum() + used.sum() - moved[:, cells].sum()
         total = np.full(len(angles_rad), float(fixed))
-        held = torch.from_numpy((1 - data.model.lapse) * weight[:, cells])
+        held = torch.from_numpy((1 - lapse) * weight[:, cells])
         step = max(1, _MOST_NUMBERS // held.numel())
         for start in range(0, len(angles_rad), step):
             part = slice(start, start + step)
             p = self.tables.log_phi_without_lapse(angles_rad[part], cells).exp_()
             p = p.expand(-1, *self.shape[:-1], -1).reshape(len(p), -1)
             total[part] += (p @ held.reshape(-1)).numpy()
-        return total
+        return total * self.answer_likelihood(angles_rad)
 
     def table(self, bins: int) -> Table:
         """Return the joint posterior of `directions` and cells, shape (B, S), summing to one.
@@ -317,6 +336,8 @@ class FramePosterior:
                 over: Table = (self.ratio(angles) * used).sum(1)
                 return over
 
+        if self.answered:
+            return self._table_answered(angles, mass, home, bins)
         table = np.zeros((bins, self.n_cells))
         step = max(1, _MOST_NUMBERS // self.used.size)
         for start in range(0, len(mass), step):
@@ -334,6 +355,22 @@ class FramePosterior:
         whole: Table = table * scale + prior[:, None] * unused
         return whole
 
+    def _table_answered(
+        self, angles: Table, mass: Table, home: NDArray[np.intp], bins: int
+    ) -> Table:
+        """Return what `table` does, where an answer weighs the fronts."""
+        weight = mass * self.answer_likelihood(angles)
+        used = self.used.reshape(-1, self.n_cells)
+        unused = self.unused.reshape(-1, self.n_cells).sum(0)
+        table = np.zeros((bins, self.n_cells))
+        step = max(1, _MOST_NUMBERS // self.used.size)
+        for start in range(0, len(mass), step):
+            part = slice(start, start + step)
+            over = (self.ratio(angles[part]) * used).sum(1) + unused
+            np.add.at(table, home[part], weight[part, None] * over)
+        whole: Table = table / table.sum()
+        return whole
+
     def nodes(self, bins: int) -> tuple[Table, Table, NDArray[np.intp]]:
         """Return angles that stand for the prior, their mass, and the bin each falls into.
 
@@ -348,7 +385,7 @@ class FramePosterior:
         does up to a concentration of some thirty; other fronts are weighed one by one.
         """
         error = getattr(self.tables.data.model.likelihood, "quadrature_error", 1.0)
-        if self.shared is not None or error > 1e-10 or self.prior.is_point:
+        if self.shared is not None or error > 1e-10 or self.prior.is_point or self.answered:
             return self.gain(angles_rad)
         size = np.abs(self._harmonics)
         if size[-_LAST:].max() > _LEFT_OUT * size.max():  # too sharp for so few fronts

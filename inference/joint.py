@@ -251,9 +251,12 @@ class JointPosterior:
 
     def _log_table(self, latents: tuple[str, ...]) -> LogTable:
         if latents not in self._kept:
+            # Latents of one phrase that are asked for, or that an answer told something of.
+            met = {name for factor in self.factors for name in factor.latents}
+            wanted = [n for n in (*latents, *sorted(met)) if n not in self.supports]
             asked = []
-            for local in () if all(name in self.supports for name in latents) else self.local:
-                own = [name for name in latents if name in local.names.values()]
+            for local in self.local if wanted else ():
+                own = [n for n in dict.fromkeys(wanted) if n in local.names.values()]
                 asked += [local.log_conditional(own)] if own else []
             with torch.no_grad():
                 self._kept[latents] = sum_product([*self.factors, *asked], latents)

@@ -72,11 +72,12 @@ def lapses_of(
             if not terms:
                 found.append(_lapse_of_pair(joint, factor, which, target, index, len(found)))
                 continue
-            prior = 1 - (1 - data.model.lapse) ** len(terms)
+            lapse = data.model.lapse_of(terms[0])
+            prior = 1 - (1 - lapse) ** len(terms)
             p = 0.0
             for k, part in enumerate(data.model.components):
                 own = weights[..., k, :]
-                reads = data.model.lapse and part.reads(terms[0])
+                reads = lapse and part.reads(terms[0])
                 p += float((own * _wrong(terms, data)).sum()) if reads else prior * own.sum()
             found.append(Lapse(relation, len(found), float(p), float(prior)))
     return tuple(found)
@@ -100,24 +101,25 @@ def _lapse_of_pair(
     """
     model, relation = factor.data.model, factor.about(target)[index]
     pairs = factor.pairs_of(target, index)
-    if not pairs or not model.lapse or pairs[0].n_cells ** 2 > MOST_NUMBERS:
-        return Lapse(relation, position, float(model.lapse), float(model.lapse))
+    lapse = model.lapse_of(pairs[0].relation) if pairs else model.lapse
+    if not pairs or not lapse or pairs[0].n_cells ** 2 > MOST_NUMBERS:
+        return Lapse(relation, position, float(lapse), float(lapse))
     pair = replace(pairs[0], power=1.0)
     gates, otherwise = gates_of(factor, which, pairs[0]), 0.0
     cells = joint.probabilities(*gates, f"{pair.figure}/cell", f"{pair.ground}/cell")
-    level = math.log(model.lapse) + factor.data.log_uninformative
+    level = math.log(lapse) + factor.data.log_uninformative
     log_phi = pair.log_rows(torch.arange(pair.n_cells), of_figure=True).numpy()
     for values in gates.values():  # where it was not meant, nothing tells of its lapse
         meant = np.isin(np.arange(len(cells)), sorted(values))
         otherwise += float(cells[~meant].sum())
         cells = cells[meant].sum(0)
-    p = float((cells * np.exp(level - log_phi)).sum()) + otherwise * model.lapse
-    return Lapse(relation, position, min(p, 1.0), float(model.lapse))
+    p = float((cells * np.exp(level - log_phi)).sum()) + otherwise * lapse
+    return Lapse(relation, position, min(p, 1.0), float(lapse))
 
 
 def _wrong(terms: Sequence[GroundedRelation], data: ProgramData) -> NDArray[np.float64]:
     """Return P(some term lapsed | shared latents, cell), shape (V..., S)."""
-    level = math.log(data.model.lapse) + data.log_uninformative
+    level = math.log(data.model.lapse_of(terms[0])) + data.log_uninformative
     right = np.ones(1)
     for term in terms:
         tables = PhraseTables(data, term)

@@ -22,6 +22,13 @@ from sloop_ppl.inference._pairs import pair_table
 from sloop_ppl.inference._phrase_tables import PhraseTables
 from sloop_ppl.inference._store import StoredPosterior, load_parts, save_parts, to_dataset
 from sloop_ppl.inference._utterances import utterances_about
+from sloop_ppl.inference.answers import (
+    AnswerFactor,
+    CheckedAnswer,
+    check_answer,
+    checked_answers,
+    renumbered,
+)
 from sloop_ppl.inference.engines import Engine, Exact, InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
 from sloop_ppl.inference.factors import (
@@ -102,6 +109,8 @@ class Posterior:
     area
         Where targets are searched for: they are nowhere else, whatever is said or sensed later.
         The whole map when None.
+    answers
+        What was answered to questions, in the order it came, which is of no account.
 
     Notes
     -----
@@ -121,6 +130,7 @@ class Posterior:
     log_sensed: Mapping[str, Table]
     info: InferenceInfo | None = None
     area: SearchArea | None = None
+    answers: tuple[AnswerFactor, ...] = ()
     _beliefs: dict[str, Table] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
@@ -143,7 +153,7 @@ class Posterior:
     @cached_property
     def joint(self) -> JointPosterior:
         """The joint posterior of all latents, by the names of the program's sites."""
-        return joint_posterior(self.log_prior, self.log_sensed, self.factors)
+        return joint_posterior(self.log_prior, self.log_sensed, self.factors, self.answers)
 
     # What was said
 
@@ -383,6 +393,40 @@ class Posterior:
                 "latest"
             )
         return readings_of(self.joint, self.factors, which)
+
+    # Questions
+
+    def checked_answers(self) -> tuple[CheckedAnswer, ...]:
+        """Return each answer with the probability that it is no error, given everything.
+
+        Of answers that contradict each other, or what was said, the less probable is doubted.
+        """
+        if not self.answers:
+            return ()
+        before = joint_posterior(self.log_prior, self.log_sensed, self.factors)
+        return checked_answers(self.joint, self.answers, before)
+
+    def value_of(self, question: Any, **options: Any) -> Any:
+        """Return what a question is worth: expected bits about the cell, and expected reward.
+
+        Parameters
+        ----------
+        question
+            One of :func:`sloop_ppl.ask`, of this posterior or an earlier one.
+        **options
+            How the search goes on; see :meth:`sloop_ppl.bridge.Question.value`.
+
+        Raises
+        ------
+        InputError
+            When it is no question.
+        """
+        if not callable(getattr(question, "value", None)):
+            raise InputError(
+                f"The question is a {type(question).__name__}; expected one of "
+                "sloop_ppl.ask(posterior, city)"
+            )
+        return question.value(self, **options)
 
     # Latents that the model or the description declares
 
@@ -652,13 +696,16 @@ class Posterior:
 
     # More evidence
 
-    def update(self, description: Description, rng: np.random.Generator | None = None) -> Posterior:
+    def update(
+        self, description: Description | AnswerFactor, rng: np.random.Generator | None = None
+    ) -> Posterior:
         """Return the posterior after one more description; the order of updates is irrelevant.
 
         Parameters
         ----------
         description
-            What is said now. Targets not known so far start from a uniform prior over the
+            What is said now, or an answer to a question: ``question.answer("...")``. Targets not
+            known so far start from a uniform prior over the
             area. Of a speaker who
             has spoken before (`Description.speaker`) it makes what was said one longer
             description; any other speaker is independent of those before.
@@ -669,9 +716,17 @@ class Posterior:
         ------
         NoRelationFound
             When the description speaks of no target.
+        InputError
+            When it answers a question that was not asked.
         BeliefCollapse
             When it excludes all that was believed.
         """
+        if isinstance(description, AnswerFactor):
+            check_answer(description, self.joint, self.texts)
+            after = replace(self, answers=(*self.answers, description))
+            check_possible(after, description, self)
+            own = description.description
+            return after if own is None else after.update(own, rng)
         if not isinstance(description, Description):
             raise InputError(
                 f"What is said is a {type(description).__name__}; expected a description: "
@@ -691,9 +746,15 @@ class Posterior:
             texts, self.city, self.model, self.method, before, truth=self._truth, rng=rng
         )
         factors = tuple(weighed if factor is known else factor for factor in self.factors)
+        shifts = {
+            target: (len(self._before(target, known)), len(description.about(target)))
+            for target in targets
+            if known is not None
+        }
         after = replace(
             self,
             log_prior=before,
+            answers=renumbered(self.answers, shifts),
             factors=factors if known else (*factors, weighed),
             log_sensed={**nothing, **self.log_sensed},
         )
@@ -783,6 +844,7 @@ class Posterior:
             factors=parts.factors,
             log_sensed=parts.log_sensed,
             area=parts.area,
+            answers=parts.answers,
         )
 
     @property
@@ -795,6 +857,7 @@ class Posterior:
             self.factors,
             self.log_sensed,
             self.area,
+            self.answers,
         )
 
     @property
@@ -824,6 +887,15 @@ class Posterior:
         coords["prior"] = (name, np.array(latent.prior))
         coords |= {dim: {"y": grid.y_m, "x": grid.x_m}[dim] for dim in dims}
         return xarray.DataArray(values, dims=(name, *dims), coords=coords, name="p")
+
+    def _before(self, target: str, last: DescriptionFactor) -> list[SpatialRelation]:
+        """Return the relations of a target up to those of one description, these included."""
+        found: list[SpatialRelation] = []
+        for factor in self.factors:
+            found += factor.about(target) if target in factor.log_factors else ()
+            if factor is last:
+                break
+        return found
 
     def _check(self, target: str) -> None:
         if target not in self.log_prior:
@@ -869,7 +941,10 @@ class Posterior:
             )
             for texts in by_speaker(descriptions)
         )
-        return replace(self, factors=factors)
+        # An answer about what is not said any more says nothing of what is.
+        supports = joint_posterior(self.log_prior, self.log_sensed, factors)
+        kept = [a for a in self.answers if set(a.latents) <= set(supports.latents)]
+        return replace(self, factors=factors, answers=tuple(kept))
 
     def _over_cells(self, values: Table, factor: DescriptionFactor, name: str) -> xarray.DataArray:
         import xarray
@@ -922,6 +997,8 @@ def check_possible(
 def _is_possible(posterior: Posterior, target: str) -> bool:
     """Tell whether a target has a cell that nothing about itself excludes."""
     left = posterior.log_prior[target] + posterior.log_sensed[target]
+    for table in _answered(posterior, target).values():
+        left = left + table
     for factor in posterior.factors:
         if target in factor.log_factors:
             table = factor.log_factors[target]
@@ -934,6 +1011,7 @@ def _culprits(posterior: Posterior, target: str) -> tuple[str, ...]:
     weighed: list[tuple[str, Table]] = [
         ("its prior", posterior.log_prior[target]),
         ("what was sensed", posterior.log_sensed[target]),
+        *_answered(posterior, target).items(),
     ]
     for factor in posterior.factors:
         if target in factor.log_factors:
@@ -943,3 +1021,12 @@ def _culprits(posterior: Posterior, target: str) -> tuple[str, ...]:
             weighed.append((f"'{', '.join(phrases)}'", table.reshape(-1, table.shape[-1]).max(0)))
     left = [(name, int(np.isfinite(table).sum()), table.size) for name, table in weighed]
     return tuple(f"{name} leaves {n} of {size} cells" for name, n, size in left if n < size)
+
+
+def _answered(posterior: Posterior, target: str) -> dict[str, Table]:
+    """Return each answer about a target's cell with its log likelihood, shape (S,)."""
+    return {
+        f"the answer '{answer.answer}' to “{answer.question}”": answer.table().values.numpy()
+        for answer in posterior.answers
+        if answer.latents == (f"{target}/cell",)
+    }

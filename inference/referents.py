@@ -46,12 +46,16 @@ class GroundPosterior:
         Which of its grounds: "between" has two.
     candidates
         The places, the most probable first. Where all of them are denied they keep their prior.
+    latent
+        Name of the latent in the joint posterior that tells which it is; None for a certain one,
+        and for one that no component reads.
     """
 
     relation: SpatialRelation
     index: int
     slot: int
     candidates: tuple[Referent, ...]
+    latent: str | None = None
 
     @property
     def is_open(self) -> bool:
@@ -106,7 +110,13 @@ def referents_of(
             for position, relation in enumerate(relations):
                 one = phrasings.get(position)
                 found += [
-                    GroundPosterior(relation, before + position, slot, candidates)
+                    GroundPosterior(
+                        relation,
+                        before + position,
+                        slot,
+                        candidates,
+                        _latent(joint, one, slot, which),
+                    )
                     for slot, candidates in _slots(joint, relation, one, which)
                 ]
             before += len(relations)
@@ -153,6 +163,13 @@ def _phrasings(factor: DescriptionFactor, text: int) -> tuple[Phrasing, ...]:
         sum_grounds=model.sum_grounds,
         text=text,
     )
+
+
+def _latent(joint: JointPosterior, one: Phrasing | None, slot: int, which: int) -> str | None:
+    """Return the name of the latent that tells which place a ground is."""
+    choice = one.slots[slot] if one is not None and slot < len(one.slots) else None
+    site = None if choice is None else site_name(choice.name, which)
+    return site if site in joint.latents else None
 
 
 def _slots(

@@ -30,5 +30,5 @@ LIKELIHOOD_NAMES = (
 FRAME_PREDICTOR_NAMES = ("nearest-street", "address", "random", "ego-ctx", "ctx", "ego")
 """Every frame predictor."""
 
-CELL_PRIOR_NAMES = ("uniform", "streets", "off-streets", "learnt")
+CELL_PRIOR_NAMES = ("uniform", "streets", "off-streets")
 """Every prior over cells."""

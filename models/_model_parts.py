@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, is_dataclass, replace
-from typing import Any
+from typing import Annotated, Any, get_type_hints
 
+from msgspec import Meta, Struct, defstruct
+
+from sloop_ppl._records import Fault, Text, checked
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.models._guard import GuardedLikelihood
 from sloop_ppl.models.components import COMBINATIONS, Component
@@ -28,6 +31,52 @@ __all__ = ["model_from_parts", "parts_of"]
 
 _NESTED = ("components", "likelihood", "frame_prior", "latents")
 _PLAIN = tuple(field.name for field in fields(ObservationModel) if field.name not in _NESTED)
+
+Real = Annotated[float, Meta(description="a number")]  # also infinity, as a concentration
+Flag = Annotated[bool, Meta(description="true or false")]
+Reals = Annotated[dict[str, Real], Meta(description="an object of numbers")]
+
+
+class _LikelihoodRecord(Struct, frozen=True):
+    name: Text
+    parameters: Reals
+
+
+class _FrameRecord(Struct, frozen=True):
+    name: Text
+    numbers: Reals
+    predictor: Text | None
+
+
+class _ComponentRecord(Struct, frozen=True):
+    name: Text
+    weight: Real
+    combine: Text
+    keep_frames: Flag
+    read_as: Text | None
+    cut: Flag
+
+
+class _LatentRecord(Struct, frozen=True):
+    name: Text
+    support: Annotated[list[Any], Meta(description="a list of values")]
+    prior: Annotated[list[Real], Meta(description="a list of numbers")]
+    per: Text
+
+
+def _model_record() -> type[Struct]:
+    """Return the record of a model, of whose numbers `ObservationModel` has the types."""
+    known: dict[Any, Any] = {str: Text, float: Real, bool: Flag, float | None: Real | None}
+    hints = get_type_hints(ObservationModel)
+    plain = [(name, known.get(hints[name], Text)) for name in _PLAIN]
+    latents = Annotated[list[_LatentRecord], Meta(description="a list")] | Text
+    parts = [
+        ("components", Annotated[list[_ComponentRecord], Meta(description="a list")]),
+        ("likelihood", _LikelihoodRecord),
+        ("frame_prior", _FrameRecord),
+        ("latents", latents),
+    ]
+    return defstruct("ModelRecord", [*plain, *parts], frozen=True)
 
 
 def parts_of(model: ObservationModel) -> dict[str, Any]:
@@ -83,6 +132,10 @@ def model_from_parts(parts: Mapping[str, Any]) -> ObservationModel:
     if set(parts) == {"name", "variant"}:
         return preset(str(parts["name"]), str(parts["variant"]))
     _check_names("part of a model", parts, (*_PLAIN, *_NESTED))
+    try:
+        checked(parts, _model_record())
+    except Fault as fault:
+        raise InputError(f"A model's {fault}") from fault
     frame_prior, likelihood = parts["frame_prior"], parts["likelihood"]
     _check_names("part of a likelihood", likelihood, ("name", "parameters"))
     _check_names("part of a frame prior", frame_prior, ("name", "numbers", "predictor"))

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Relation
+from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Relation, StreetPart
 from sloop_ppl.language.relations import Region
 from sloop_ppl.maps import CityMap, Grid, Landmark, LandmarkFields
 from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
 from sloop_ppl.maps.rasterise import touched_cells
+from sloop_ppl.models._street_parts import part_region
 from sloop_ppl.models._street_regions import (
     block_region,
     crossing_region,
@@ -73,10 +74,14 @@ class ReferenceRegion:
     grounds
         When given, distance is that to the farthest of these grounds instead: a place is as near to
         a corner as it is to the street that is farther away.
+    is_part
+        True for a part of a street, such as a side, which takes the place of the relation's own
+        direction: on the north side of a street one is at that side.
     """
 
     shape: BaseGeometry
     grounds: tuple[str, ...] = ()
+    is_part: bool = False
 
 
 def is_map(city: CityMap, ground: str) -> bool:
@@ -108,7 +113,12 @@ def with_points(city: CityMap, points: Mapping[str, tuple[float, float]]) -> Cit
 
 
 def reference_region_of(
-    relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap, joint: bool
+    relation: str,
+    record: Relation,
+    grounds: tuple[str, ...],
+    city: CityMap,
+    joint: bool,
+    part: StreetPart | None = None,
 ) -> ReferenceRegion | None:
     """Return what a relation measures from; None when it is simply its one ground.
 
@@ -121,6 +131,8 @@ def reference_region_of(
     joint
         True to give words with a region and several grounds their own meaning; the map as a
         ground always has its own.
+    part
+        The part of a street that is meant, which has its own region where the map has it.
 
     Notes
     -----
@@ -131,13 +143,20 @@ def reference_region_of(
         return ReferenceRegion(map_region(city.grid, record))
     if not joint:
         return None
-    key = f"reference region {RELATIONS.changes} of {relation} {' '.join(grounds)}"
-    return city.derived(key, lambda: _joint_region(relation, record, grounds, city))
+    key = f"reference region {RELATIONS.changes} of {relation} {' '.join(grounds)} {part}"
+    return city.derived(key, lambda: _joint_region(relation, record, grounds, city, part))
 
 
 def _joint_region(
-    relation: str, record: Relation, grounds: tuple[str, ...], city: CityMap
+    relation: str,
+    record: Relation,
+    grounds: tuple[str, ...],
+    city: CityMap,
+    part: StreetPart | None,
 ) -> ReferenceRegion | None:
+    region = None if part is None else part_region(city, grounds, part)
+    if region is not None:
+        return ReferenceRegion(region, is_part=True)
     if record.region is not None and record.takes(len(grounds)):
         return _own_region(relation, record.region, grounds, city)
     if len(grounds) == 1:

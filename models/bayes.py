@@ -28,6 +28,7 @@ UNFITTED_BAYES = ObservationModel(
     likelihood=LIKELIHOODS["student-vonmises"],
     frame_prior=PredictedSpread(FRAME_PREDICTORS["ego-ctx"]),
     lapse=0.1,
+    own_lapse=0.1,
     temper=0.5,
     joint_grounds=True,
     heed_distance=True,
@@ -62,16 +63,16 @@ def borrowed(model: ObservationModel) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Of ``lapse``, ``temper``, the frames' ``kappa`` and ``absolute``, and ``weights`` those
-        that are still the shipped ones; none for a model whose likelihood is of the same type as
-        that of `bayes`, or that is not made of `bayes`.
+        Of ``lapse``, ``own_lapse``, ``temper``, the frames' ``kappa`` and ``absolute``, and
+        ``weights`` those that are still the shipped ones; none for a model whose likelihood is of
+        the same type as that of `bayes`, or that is not made of `bayes`.
 
     Examples
     --------
     >>> from dataclasses import replace
     >>> from sloop_ppl.models import LIKELIHOODS
     >>> borrowed(replace(BAYES, likelihood=LIKELIHOODS["gaussian-clipped"]))
-    ('lapse', 'temper', 'kappa', 'absolute', 'weights')
+    ('lapse', 'own_lapse', 'temper', 'kappa', 'absolute', 'weights')
     """
     likelihood = model.likelihood
     kind = type(likelihood.inner if isinstance(likelihood, GuardedLikelihood) else likelihood)
@@ -121,7 +122,7 @@ def unfitted(model: ObservationModel) -> ObservationModel:
     return replace(model, **changed)
 
 
-_MODEL = ("lapse", "temper")
+_MODEL = ("lapse", "own_lapse", "temper")
 _FRAMES = ("kappa", "absolute")
 
 

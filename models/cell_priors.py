@@ -348,11 +348,3 @@ _PATHS = tuple(sorted(PATH_KINDS))
 CELL_PRIORS.add("uniform", UniformCells())
 CELL_PRIORS.add("streets", CellsOfKinds(_PATHS, share=0.95))
 CELL_PRIORS.add("off-streets", CellsOfKinds(_PATHS, share=0.05))
-# The 64 places of this package's 32 example descriptions, on its five maps.
-CELL_PRIORS.add(
-    "learnt",
-    LearntCells(
-        counts=(28, 6, 1, 7, 0, 4, 0, 8, 10),
-        shares=(0.1742, 0.0597, 0.0120, 0.0571, 0.0, 0.0167, 0.0, 0.4979, 0.1824),
-    ),
-)

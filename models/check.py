@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sloop_ppl.errors import InputError, UnknownName
-from sloop_ppl.language import SpatialRelation, words_by_class
+from sloop_ppl.language import SPEAKER, SpatialRelation, words_by_class
 from sloop_ppl.maps import CityMap, Grid, Landmark
 from sloop_ppl.models.frames import FrameDistribution, FramePart
 from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations
@@ -181,13 +182,16 @@ def _city(cell_m: float = _CELL_M, move: Move = lambda x, y: (x, y)) -> CityMap:
 def _cases(
     likelihood: RelationLikelihood, city: CityMap, turn: Callable[[float], float] = lambda a: a
 ) -> Iterator[_Case]:
-    """Yield one relation of each class for each ground, its directions turned."""
+    """Yield one relation of each class for each ground, its directions turned.
+
+    An object is the figure, and who speaks, whose own place a likelihood may read otherwise.
+    """
     latents: tuple[Latent, ...] = tuple(getattr(likelihood, "latents", ()))
     for relation_class, words in words_by_class().items():
         word = relation_class if relation_class in words else words[0]
-        for ground in ("House", "MainSt", "Pole"):
+        for figure, ground in itertools.product(("Figure", SPEAKER), ("House", "MainSt", "Pole")):
             for distance_m in (None, 25.0) if relation_class == "proximity" else (None,):
-                relation = SpatialRelation("Figure", word, (ground,), distance_m=distance_m)
+                relation = SpatialRelation(figure, word, (ground,), distance_m=distance_m)
                 (term,) = ground_relations((relation,), city)
                 for latent in latents:
                     if latent.is_about(term):

@@ -21,12 +21,14 @@ from sloop_ppl.language import (
     HEARER,
     NOT_ON_MAP,
     RELATIONS,
+    SPEAKER,
     WHOLE_MAP,
     Distance,
     Relation,
     SpatialRelation,
+    StreetPart,
 )
-from sloop_ppl.maps import CityMap, LandmarkFields
+from sloop_ppl.maps import CityMap, LandmarkFields, StreetTables, street_tables
 from sloop_ppl.models._choices import Choice, Phrasing
 from sloop_ppl.models._reference_regions import (
     ReferenceRegion,
@@ -49,6 +51,10 @@ __all__ = [
     "with_hearer",
     "word_options",
 ]
+
+
+_ALIKE = math.cos(math.radians(50.0))
+"""Cosine of the angle up to which a compass word and the side it is said of are one direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +131,7 @@ class GroundedRelation:
     is_silent: bool = False
     distance_bounds: Distance | None = None
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    part: StreetPart | None = None
 
     @property
     def n_cells(self) -> int:
@@ -148,9 +155,43 @@ class GroundedRelation:
 
     @cached_property
     def record(self) -> Relation:
-        """What the word means of this ground; left of the map is its west."""
+        """What the word means of this ground; left of the map is its west.
+
+        A compass word that says which part it is means to be there: "on the north side of Forbes".
+        """
         record = RELATIONS[self.relation]
-        return RELATIONS[record.of_map] if record.of_map and self.is_map else record
+        if record.of_map and self.is_map:
+            return RELATIONS[record.of_map]
+        return RELATIONS["at"] if self._names_its_part(record) else record
+
+    def _names_its_part(self, record: Relation) -> bool:
+        """Tell "on the north side of" from "north of the end of", which is north of a place."""
+        part = self.part
+        if part is None or part.bearing_rad is None or record.bearing_rad is None:
+            return False
+        return self.has_part and math.cos(record.bearing_rad - part.bearing_rad) > _ALIKE
+
+    @property
+    def has_part(self) -> bool:
+        """Tell whether a part of a street is meant that the map has."""
+        region = self._region_of_part
+        return region is not None and region.is_part
+
+    @cached_property
+    def _region_of_part(self) -> ReferenceRegion | None:
+        if self.part is None or not self.joint or self.is_map or self.is_point:
+            return None
+        record = RELATIONS[self.relation]
+        if record.needs_frame:  # front and behind are sides of a ground, not of its parts
+            return None
+        return reference_region_of(
+            self.relation, record, self.grounds, self.city, self.joint, self.part
+        )
+
+    @property
+    def is_own_place(self) -> bool:
+        """Tell whether a speaker locates themselves by it: "I am at the bank"."""
+        return self.figure == SPEAKER
 
     @property
     def relation_class(self) -> str:
@@ -169,6 +210,8 @@ class GroundedRelation:
         """What the relation measures from; None when that is simply its ground."""
         if self.is_point:
             return None
+        if self.has_part:
+            return self._region_of_part
         placed = {ground: self.points[ground] for ground in self.grounds if ground in self.points}
         city = with_points(self.city, placed)
         return reference_region_of(self.relation, self.record, self.grounds, city, self.joint)
@@ -219,6 +262,28 @@ class GroundedRelation:
             return self.distance_m
         return (self.distance_m - self.stated_distance_m).abs()
 
+    @cached_property
+    def off_street_m(self) -> Tensor:
+        """Metres to the carriageway of a street, 0 on it; `off_m` of anything else, shape (S,).
+
+        Of a said distance, and of what the map's network of streets has not, it is `off_m`, too.
+        """
+        if self._street is None or self.has_bounds or self.stated_distance_m is not None:
+            return self.off_m
+        return self._at_cells(self._street.carriageway_m)
+
+    @cached_property
+    def _street(self) -> StreetTables | None:
+        """How each cell lies to the street that is the ground; None where it has no axis.
+
+        The axis is that of the whole street, of all its landmarks. Models that ground each phrase
+        on one ground measure from its cells, as the published code does.
+        """
+        if not self.joint or not self.is_line or self.reference_region is not None:
+            return None
+        tables = street_tables(self.city, self.ground)
+        return tables if np.isfinite(tables.axis_m).all() else None
+
     @property
     def has_bounds(self) -> bool:
         """Tell whether bounds on the distance were said, and not one number."""
@@ -265,12 +330,17 @@ class GroundedRelation:
 
         A street has no middle that one is north of; a building has.
         """
+        if self._street is not None:
+            east, north = self._street.offset_m
+            return self._at_cells(np.arctan2(north, east))
         along = self.form == "line" and self.reference_region is None
         return self.nearest_bearing_rad if along else self.bearing_rad
 
     @cached_property
     def has_direction(self) -> Tensor:
         """False where `outward_rad` says nothing: on a line, at a centroid, shape (S,)."""
+        if self._street is not None:
+            return self._at_cells(self._street.carriageway_m > 0)
         if self.form == "line" and self.reference_region is None:
             return ~self.on_ground
         return ~self.at_centroid
@@ -372,6 +442,8 @@ class GroundedRelation:
             tuple(sorted(self.latents.items())),
             self.denied,
             self.is_silent,
+            self.part,
+            self.is_own_place,
         )
 
     @cached_property
@@ -461,7 +533,12 @@ class GroundedRelation:
     def as_relation(self, word: str) -> GroundedRelation:
         """Return the same grounds in another relation, asserted."""
         return replace(
-            self, relation=word, negated=False, stated_distance_m=None, distance_bounds=None
+            self,
+            relation=word,
+            negated=False,
+            stated_distance_m=None,
+            distance_bounds=None,
+            part=None,
         )
 
 
@@ -544,6 +621,7 @@ def ground_phrasing(
                 denied=tuple(p.denied for p in together) if any(denied) else (),
                 is_silent=phrasing.is_silent,
                 distance_bounds=relation.distance,
+                part=relation.part,
             )
         )
     return tuple(terms)

@@ -65,6 +65,9 @@ _RESERVED = (
 )
 """Names of the program's sites and of the axes of tables."""
 
+MOST_RELATIONS = 10_000
+"""Relations of a description: each takes some milliseconds on 41 x 41 cells."""
+
 MOST_SETTINGS = 72 * 72
 """Joint values of shared latents that are enumerated: each has a table of components and cells, so
 that 5184 of a map of 41 x 41 cells and two components take 140 MB."""
@@ -621,9 +624,16 @@ def ground_description(
     UnknownName
         When a ground is not on the map.
     DescriptionError
-        When a ground is who listens, and the description does not say where that is.
+        When a ground is who listens, and the description does not say where that is, or there are
+        more than `MOST_RELATIONS`.
     """
     texts = (description,) if isinstance(description, Description) else tuple(description)
+    count = sum(len(text.relations) for text in texts)
+    if count > MOST_RELATIONS:
+        raise DescriptionError(
+            f"The description has {count} relations; expected at most {MOST_RELATIONS}: give it in "
+            "parts"
+        )
     grounded: dict[str, tuple[GroundedRelation, ...]] = {}
     counts: Counter[str] = Counter()
     rest: dict[str, tuple[GroundedRelation, ...]] = {}

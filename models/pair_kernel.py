@@ -133,7 +133,7 @@ class PairKernel:
         over the range of u, of half width h, falls with the power of pi/h + sqrt((pi/h)^2 + 1).
         """
         (tables, sums) = self._tables
-        if len(tables) > 1 or not self.model.lapse:
+        if len(tables) > 1 or not self._lapse:
             return None
         u, table = sums[0], tables[0]
         middle, half = float(u.max() + u.min()) / 2, float(u.max() - u.min()) / 2
@@ -163,11 +163,15 @@ class PairKernel:
         level = self._with_lapse(torch.tensor(log_p, dtype=torch.float64))
         return self.power * float(level)
 
+    @property
+    def _lapse(self) -> float:
+        return self.model.lapse_of(self.relation)
+
     def _with_lapse(self, log_p: Tensor) -> Tensor:
         """Return log[(1 - lapse) p + lapse u]; see `sloop_ppl.models.program.with_lapse`."""
-        if not self.model.lapse:
+        if not self._lapse:
             return log_p
-        lapse = torch.as_tensor(self.model.lapse, dtype=torch.float64)
+        lapse = torch.as_tensor(self._lapse, dtype=torch.float64)
         level = lapse.log() + self.model.log_uninformative(self.n_cells)
         return torch.logaddexp(log_p + torch.log1p(-lapse), level)
 

@@ -48,6 +48,8 @@ class ObservationModel:
         what else could have been said of the ground there.
     lapse
         Probability that a phrase is wrong and says nothing, in [0, 1).
+    own_lapse
+        The same for what speakers say of where they are themselves; None for `lapse`.
     temper
         How far to temper a component of L phrases, in [0, 1]: its log likelihood is divided by L to
         this power. 0 multiplies the phrases as if they were independent.
@@ -106,6 +108,7 @@ class ObservationModel:
     latents: tuple[Latent, ...] = ()
     sum_readings: bool = True
     sum_grounds: bool = True
+    own_lapse: float | None = None
 
     def __post_init__(self) -> None:
         if not self.components:
@@ -119,6 +122,10 @@ class ObservationModel:
             )
         if not 0 <= self.lapse < 1:
             raise InputError(f"Model '{self.name}' has lapse {self.lapse}; expected 0 <= lapse < 1")
+        if self.own_lapse is not None and not 0 <= self.own_lapse < 1:
+            raise InputError(
+                f"Model '{self.name}' has own_lapse {self.own_lapse}; expected 0 <= own_lapse < 1"
+            )
         if not 0 <= self.denial <= 1:
             raise InputError(f"Model '{self.name}' has denial {self.denial}; expected 0 to 1")
         if not 0 <= self.unreliable < 1:
@@ -139,6 +146,11 @@ class ObservationModel:
     def needs_truth(self) -> bool:
         """Tell whether the model has to be told where the targets are."""
         return self.informed_sigma_m is not None
+
+    def lapse_of(self, term: GroundedRelation) -> float:
+        """Return the probability that a phrase is wrong; see `lapse` and `own_lapse`."""
+        own = self.own_lapse if term.is_own_place else None
+        return self.lapse if own is None else own
 
     def frame_prior_for(self, term: GroundedRelation) -> FrameDistribution | None:
         """Return the prior of the front that a phrase depends on; None when it depends on none.

@@ -102,9 +102,9 @@ def generative_model(
                 angles, which = draw_frame_angle(name, phrase, [*shared, *own], frames, bins)
                 log_p = log_phrase(data, likelihood, summed, angles)
                 log_holds = look_up(phrase.on_shared_axis(log_p), (*shared, *own, which, cell))
-                if model.lapse:
-                    lapse = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(model.lapse)))
-                    log_holds = torch.where(lapse > 0, data.log_uninformative, log_holds)
+                if lapse := model.lapse_of(relation):
+                    lapses = pyro.sample(f"{target}/lapse_{j}", dist.Bernoulli(double(lapse)))
+                    log_holds = torch.where(lapses > 0, data.log_uninformative, log_holds)
             if data.cuts.any():  # what is cut to one level anyway must not underflow
                 log_holds = log_holds.clamp_min(log_expected_phi.max() - _DEEP)
             if not data.reads[i][j].all():
@@ -344,7 +344,7 @@ def summed_phrase(
         log_p = phrase.on_shared_axis(given)[..., 0, :]
     for latent in reversed(phrase.own):  # their axes are the last before the cells
         log_p = torch.logsumexp(log_p + latent.log_prior[:, None], -2)
-    log_phi = with_lapse(log_p, model, data.log_uninformative)
+    log_phi = with_lapse(log_p, model.lapse_of(relation), data.log_uninformative)
     found = SummedPhrase(phrase, log_peak, log_z, log_phi, log_meant)
     if not data.number_priors:
         data.tables[key] = found
@@ -620,12 +620,12 @@ _PEAK_ANGLES = 72
 met to within kappa (1 - cos 2.5 degrees), .003 nats for kappa 3."""
 
 
-def with_lapse(log_p: Tensor, model: ObservationModel, log_uninformative: float) -> Tensor:
+def with_lapse(log_p: Tensor, lapse: Any, log_uninformative: float) -> Tensor:
     """Return log[(1 - lapse) p + lapse u], a phrase that may say nothing."""
-    if not model.lapse:
+    if not lapse:
         return log_p
-    lapse = double(model.lapse)  # a tensor while it is learnt
-    return torch.logaddexp(log_p + torch.log1p(-lapse), lapse.log() + log_uninformative)
+    share = double(lapse)  # a tensor while it is learnt
+    return torch.logaddexp(log_p + torch.log1p(-share), share.log() + log_uninformative)
 
 
 def double(number: Any) -> Tensor:

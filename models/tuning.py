@@ -15,12 +15,12 @@ from sloop_ppl.models.presets import ObservationModel
 
 __all__ = ["load_parameters", "with_parameters"]
 
-_MODEL_NUMBERS = ("lapse", "temper", "error_m", "denial", "unreliable")
+_MODEL_NUMBERS = ("lapse", "own_lapse", "temper", "error_m", "denial", "unreliable")
 _MODEL_SWITCHES = (
     *("joint_grounds", "heed_distance", "shared_frames"),
     *("sum_readings", "sum_grounds"),
 )
-_SHARES = ("lapse", "absolute")
+_SHARES = ("lapse", "own_lapse", "absolute")
 
 
 def load_parameters(path: str | Path) -> dict[str, dict[str, Any]]:

@@ -25,6 +25,7 @@ _HOME = {
     "Posterior": "sloop_ppl.inference",
     "SpatialRelation": "sloop_ppl.language",
     "TargetObject": "sloop_ppl.language",
+    "ask": "sloop_ppl.bridge",
     "infer": "sloop_ppl.bridge",
     "load_map": "sloop_ppl.maps",
     "parse": "sloop_ppl.bridge",
@@ -42,6 +43,7 @@ __all__ = [
     "SpatialRelation",
     "TargetObject",
     "__version__",
+    "ask",
     "bridge",
     "eval",
     "infer",
@@ -60,7 +62,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from sloop_ppl import bridge, eval, inference, language, maps, models, planning, plots, web  # noqa: A004
-    from sloop_ppl.bridge import infer, parse, search
+    from sloop_ppl.bridge import ask, infer, parse, search
     from sloop_ppl.inference import Posterior
     from sloop_ppl.language import Description, SpatialRelation, TargetObject
     from sloop_ppl.maps import CityMap, Grid, load_map

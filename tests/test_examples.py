@@ -45,6 +45,16 @@ def test_finding_one_car_moves_the_other(tmp_path, capsys):
     assert "once the Honda is found" in capsys.readouterr().out
 
 
+def test_two_questions_find_the_other_bar(tmp_path, capsys):
+    result = example("dialogue").main(tmp_path / "a.png", smoke=True)
+    assert len(result.questions) == len(result.answers) == 2
+    assert result.bar[0]["Ivy"] >= result.bar[0]["BarleyHouse"]
+    assert result.bar[-1]["BarleyHouse"] > 0.9
+    assert result.asking > result.silent + 50
+    assert "the bar was BarleyHouse" in capsys.readouterr().out
+    assert (tmp_path / "a.png").stat().st_size > 50_000
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["mistaken_phrase", "speaker_frame"])
 def test_an_example_is_a_script_that_gives_the_same_bytes(name, tmp_path):

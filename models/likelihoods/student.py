@@ -33,9 +33,10 @@ class StudentVonMisesLikelihood:
 
     Parameters
     ----------
-    contact_m, contact_street_m
-        Width for contact words, of a street and of anything else; streets are drawn narrower than
-        they are. Metres, > 0, as all widths.
+    contact_m, contact_point_m, contact_street_m
+        Width for contact words, of an area, of a point (a place without a shape of its own, a
+        bench or a bank in a row of houses) and of a street, from its carriageway. Metres, > 0, as
+        all widths.
     near_m, near_street_m
         Width for proximity words.
     between_m, across_m
@@ -46,6 +47,11 @@ class StudentVonMisesLikelihood:
         Degrees of freedom, > 0: far away truth falls with the power -(tail + 1).
     kappa_compass, kappa_frame
         Sharpness in direction of compass and of frame words, > 0.
+    own_place
+        Factor of the widths of words that stand away from their ground (near, north, behind,
+        across) for a ground that is no street, when speakers say where they are themselves, > 0.
+    own_street
+        Factor of all widths of a street then, > 0.
 
     Notes
     -----
@@ -54,12 +60,20 @@ class StudentVonMisesLikelihood:
     are taken from the nearest part of a street and from the centroid of anything else; where a
     cell has none (on the street, at the centroid) the factor is its mean over directions. Widths
     were set by hand; learning is what moves them.
+
+    A word is used at the scale of what the speaker sees (Guo, Liu and Wieczorek 2008: the
+    uncertainty of a locality grows with its distance). Who describes an object on a map relates
+    it to what is beside it; who stands in a street and says where that is takes what can be seen
+    from there, in the median 85 m away instead of 5 (`docs/models.md`): hence `own_place`. The
+    size of the map, the space between its places and the extent of the ground told less.
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        # Cells of 5 m cannot tell a narrower width, and one would tie the belief to their size.
+        # Cells of 5 m cannot tell a narrower width, and one would tie the belief to their size:
+        # from 4.6 m on, halving the cells moves less than .02 of it.
+        Parameter("contact_m", "m", 4.6, math.inf, 5.0, 0.5, "width for contact with an area"),
         Parameter(
-            "contact_m", "m", 0.0, math.inf, 5.0, 0.15, "width for contact, not with a street"
+            "contact_point_m", "m", 0.0, math.inf, 3.0, 0.5, "width for contact with a point"
         ),
         width_parameter("contact_street_m", 8.0, "width for contact with a street"),
         width_parameter("near_m", 15.0, "width for proximity to anything but a street"),
@@ -69,13 +83,21 @@ class StudentVonMisesLikelihood:
         width_parameter("directed_m", 20.0, "width for directed words, not of a street"),
         width_parameter("directed_street_m", 20.0, "width for directed words of a street"),
         Parameter("tail", "1", 0.0, math.inf, 5.0, 0.35, "degrees of freedom of the fall-off"),
-        Parameter("kappa_compass", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of compass words"),
+        # Sharper than 3.4, compass words tie the belief to the size of the cells about a centroid.
+        Parameter("kappa_compass", "1", 0.0, math.inf, 3.0, 0.1, "sharpness of compass words"),
         Parameter("kappa_frame", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of frame words"),
+        Parameter(
+            "own_place", "1", 0.0, math.inf, 3.0, 0.7, "factor of widths, of one's own place"
+        ),
+        Parameter(
+            "own_street", "1", 0.0, math.inf, 1.5, 0.35, "factor of a street's, of one's own place"
+        ),
     )
 
     quadrature_error: ClassVar[float] = 1e-10  # smooth
 
     contact_m: float = 5.0
+    contact_point_m: float = 3.0
     contact_street_m: float = 8.0
     near_m: float = 15.0
     near_street_m: float = 15.0
@@ -86,6 +108,8 @@ class StudentVonMisesLikelihood:
     tail: float = 5.0
     kappa_compass: float = 3.0
     kappa_frame: float = 3.0
+    own_place: float = 3.0
+    own_street: float = 1.5
     # What the middles mean: at four widths g is (1 + 4^2 / 5)^-3 = .013, where a Gaussian has 3e-4;
     # kappa 3 halves g at arccos(1 - ln 2 / 3) = 40 degrees, near the 45 between compass words.
 
@@ -113,18 +137,23 @@ class StudentVonMisesLikelihood:
         if bounded is not None:
             return bounded
         width = stated_width_m(term, self.contact_m) or self._width_m(term)
-        return log_student(term.off_m, width, self.tail)
+        return log_student(term.off_street_m, width, self.tail)
 
     def _width_m(self, term: GroundedRelation) -> Any:
+        is_point = term.form == "point" and not term.has_part
+        contact_m = self.contact_point_m if is_point else self.contact_m
         widths = {
-            "contact": (self.contact_m, self.contact_street_m),
+            "contact": (contact_m, self.contact_street_m),
             "proximity": (self.near_m, self.near_street_m),
             "between": (self.between_m, self.between_m),
             "across": (self.across_m, self.across_m),
             "directed": (self.directed_m, self.directed_street_m),
         }
         other, street = widths[term.width]
-        return street if term.is_line else other
+        if term.is_line and not term.has_part:
+            return street * self.own_street if term.is_own_place else street
+        stands_away = term.width in ("proximity", "directed", "across")
+        return other * self.own_place if stands_away and term.is_own_place else other
 
 
 def log_expected_von_mises(bearing_rad: Tensor, frame: FrameDistribution, kappa: Any) -> Tensor:

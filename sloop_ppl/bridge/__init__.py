@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
+    from sloop_ppl.bridge import asking
+    from sloop_ppl.bridge.asking.candidates import ask
+    from sloop_ppl.bridge.asking.question import Question
+    from sloop_ppl.bridge.asking.questioner import Dialogue
     from sloop_ppl.bridge.explain import explain_lines
     from sloop_ppl.bridge.facade import infer, parse
     from sloop_ppl.bridge.pomdp import LanguageObservationModel, Utterance, as_histogram
@@ -19,10 +23,14 @@ if TYPE_CHECKING:
     from sloop_ppl.bridge.sheets import figure_of
 
 __all__ = [
+    "Dialogue",
     "LanguageObservationModel",
     "PosteriorEpisode",
+    "Question",
     "Utterance",
     "as_histogram",
+    "ask",
+    "asking",
     "explain_lines",
     "figure_of",
     "infer",
@@ -32,6 +40,10 @@ __all__ = [
 ]
 
 _HOMES = {
+    "asking": (),
+    "asking.candidates": ("ask",),
+    "asking.question": ("Question",),
+    "asking.questioner": ("Dialogue",),
     "explain": ("explain_lines",),
     "facade": ("infer", "parse"),
     "pomdp": ("LanguageObservationModel", "Utterance", "as_histogram"),

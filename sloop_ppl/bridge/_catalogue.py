@@ -66,6 +66,13 @@ CATALOGUE.add(
     ),
 )
 CATALOGUE.add(
+    "questions",
+    Listed(
+        ("sloop_ppl.bridge.asking.kinds", "QUESTION_KINDS"),
+        ("sloop_ppl.bridge.asking.kinds", "QUESTION_KINDS"),
+    ),
+)
+CATALOGUE.add(
     "maps", Listed(("sloop_ppl.maps", "bundled_maps"), ("sloop_ppl.maps", "bundled_maps"))
 )
 

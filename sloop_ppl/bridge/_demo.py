@@ -63,5 +63,6 @@ def _show_belief(posterior: Posterior, out: Path, show: Callable[[object], None]
     for line in belief_lines(posterior):
         show(line)
     posterior.save(out / "posterior.nc")
-    save_figure(plot_beliefs(posterior, truths=read_places(DEMO.places)), out / "belief.png")
+    truths = {n: point.on(posterior.city.grid) for n, point in read_places(DEMO.places).items()}
+    save_figure(plot_beliefs(posterior, truths=truths), out / "belief.png")
     show("\nstep by step:")

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
 from sloop_ppl.bridge.relation_text import (
     distance_in_words,
+    ground_label,
     meant_lines,
+    names_of,
     percent,
     reading_lines,
 )
 from sloop_ppl.language import HEARER, NOT_ON_MAP, Description, SpatialRelation
+from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 
 if TYPE_CHECKING:
+    from sloop_ppl.bridge.asking import Question
     from sloop_ppl.inference import FrameSummary, Posterior
-    from sloop_ppl.planning import Episode, Step
+    from sloop_ppl.language._place_names import PlaceNames
+    from sloop_ppl.planning import AskedQuestion, Episode, Step
 
 __all__ = [
+    "asked_line",
     "belief_lines",
     "belief_report",
     "outcome_line",
+    "question_lines",
     "relation_table",
     "step_line",
     "unlocated_line",
@@ -49,7 +57,10 @@ def relation_table(description: Description) -> Table:
         table.add_row(
             relation.figure,
             word,
-            " and ".join(_referents(relation, i) for i in range(len(relation.grounds))),
+            part_in_words(
+                relation.part,
+                " and ".join(_referents(relation, i) for i in range(len(relation.grounds))),
+            ),
             f"{relation.confidence:.2f}",
             _words(description, relation),
         )
@@ -78,10 +89,18 @@ def _referent(ground: str) -> str:
 
 
 def unresolved_lines(posterior: Posterior) -> list[str]:
-    """Return a line for each name or cue that found no home."""
-    return [
+    """Return a line for each name or cue that found no home, and each part that no map has."""
+    names = names_of(posterior)
+    idle = [
+        f"not on this map: {part_in_words(term.part, ground_label(names, term.ground))}; read as "
+        f"all of {ground_label(names, term.ground)}"
+        for target in posterior.targets
+        for term in posterior.grounded(target)
+        if term.joint and term.part and not term.has_part and not term.is_silent
+    ]
+    return idle + [
         (
-            f"not understood: {_missed(missed.text, missed.candidates)}"
+            f"not understood: {_missed(missed.text, tuple(map(names.of, missed.candidates)))}"
             if missed.status == "unknown"
             else f"set aside ({missed.status}): “{missed.text}”"
         )
@@ -93,10 +112,10 @@ def unresolved_lines(posterior: Posterior) -> list[str]:
 def belief_lines(posterior: Posterior) -> list[str]:
     """Return a few lines in words: where each belief lies, how wide, and on what frame."""
     lines = []
+    names = names_of(posterior)
     for target in posterior.targets:
-        lines.append(
-            f"{target}: most probably {whereabouts(posterior.city, *posterior.mode(target))}"
-        )
+        place = whereabouts(posterior.city, *posterior.mode(target), names.of)
+        lines.append(f"{target}: most probably {place}")
         cells = int(posterior.hpd(target, 0.9).sum())
         area = cells * posterior.city.grid.cell_m**2
         lines.append(f"  90 % within {cells} cells ({area:,.0f} m2), entropy "
@@ -108,7 +127,7 @@ def belief_lines(posterior: Posterior) -> list[str]:
             components_text = ", ".join(f"{name} {p:.2f}" for name, p in parts.items())
             lines.append(f"  read as: {components_text}")
         lines += [f"  {line}" for line in meant_lines(posterior, target)]
-        lines += [_frame_line(frame) for frame in posterior.frames(target)]
+        lines += [_frame_line(frame, names) for frame in posterior.frames(target)]
     return [*lines, *reading_lines(posterior)]
 
 
@@ -157,6 +176,26 @@ def step_line(step: Step) -> str:
     )
 
 
+def question_lines(questions: Sequence[Question]) -> list[str]:
+    """Return each question with its answers and what it would settle, in a few lines."""
+    lines = []
+    for number, question in enumerate(questions, start=1):
+        shares = ", ".join(f"{answer.text} {answer.p:.2f}" for answer in question.answers)
+        settled = ", ".join(f"{name} {bits:.2f}" for name, bits in question.settles.items())
+        lines += [
+            f"{number}. {question.text}",
+            f"   {question.bits:.2f} bits about the cell (about the {question.about}); {shares}",
+            f"   settles, in bits: {settled}",
+        ]
+    return lines
+
+
+def asked_line(question: AskedQuestion) -> str:
+    """Return one line on why a question was asked."""
+    worth = f", {question.gain:+.0f} reward after its cost" if question.gain is not None else ""
+    return f"     it was worth asking: {question.bits:.2f} bits expected{worth}"
+
+
 def outcome_line(episode: Episode) -> str:
     """Return one line on how a search ended."""
     missed = [name for name in episode.places if name not in episode.found_targets]
@@ -165,6 +204,10 @@ def outcome_line(episode: Episode) -> str:
     summary += f"{episode.discounted_return:.1f}"
     if missed:
         summary += f"; not found: {', '.join(missed)}"
+    if episode.questions:
+        answers = [q.answer or "no answer" for q in episode.questions]
+        cost = sum(q.cost for q in episode.questions)
+        summary += f"; asked {len(answers)} (cost {cost:g}): {'; '.join(answers)}"
     if episode.imagined:
         summary += f"; imagined places: {', '.join(episode.imagined)}"
     return summary
@@ -204,10 +247,11 @@ def _target_report(posterior: Posterior, target: str) -> dict[str, Any]:
     }
 
 
-def _frame_line(frame: FrameSummary) -> str:
+def _frame_line(frame: FrameSummary, names: PlaceNames) -> str:
     spread = "exactly" if frame.kappa is None else f"kappa {frame.kappa:.1f}"
+    label = ground_label(names, frame.ground)
     return (
-        f"  '{frame.relation}' takes {frame.ground} to face {_degrees(frame.mean_rad):.0f}° "
+        f"  '{frame.relation}' takes {label} to face {_degrees(frame.mean_rad):.0f}° "
         f"from east ({spread}), p {frame.p:.2f}"
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.inference import ENGINES, Posterior
 from sloop_ppl.language import check_viewpoint, load_targets, no_relation_found
 from sloop_ppl.maps import load_map, search_area
+from sloop_ppl.maps._given_point import GivenPoint
 from sloop_ppl.models import (
     ObservationModel,
     PredictedPoint,
@@ -78,8 +80,8 @@ def posterior_of(
     params: Path | None = None,
     prior: str | None = None,
     viewpoint: str = "map",
-    hearer: tuple[float, float] | None = None,
-    truth: dict[str, tuple[float, float]] | None = None,
+    hearer: GivenPoint | None = None,
+    truth: Mapping[str, GivenPoint] | None = None,
     rng: np.random.Generator | None = None,
     area: str | None = None,
 ) -> Posterior:
@@ -94,7 +96,9 @@ def posterior_of(
     viewpoint
         Where who speaks looks from; see :class:`sloop_ppl.language.Description`.
     hearer
-        Where who listens is, metres.
+        Where who listens is.
+    truth
+        Target -> its true place, for models that know it.
     area
         Where the targets are searched for, ``W,S,E,N`` or a GeoJSON file; see
         :func:`sloop_ppl.maps.search_area`.
@@ -110,13 +114,15 @@ def posterior_of(
     searched = None if area is None else search_area(area, city.grid)
     declared = load_targets(targets) if targets else None
     utterance = parse(
-        text, city, targets=declared, viewpoint=check_viewpoint(viewpoint), hearer=hearer
-    )
+        text, city, targets=declared, viewpoint=check_viewpoint(viewpoint),
+        hearer=None if hearer is None else hearer.on(city.grid, may_be_outside=True),
+    )  # fmt: skip
     if not utterance.relations:
         raise no_relation_found(utterance, city, declared)
+    places = {name: point.on(city.grid) for name, point in (truth or {}).items()}
     return infer(
-        utterance, city, model=chosen, engine=engine, prior=before, truth=truth, rng=rng,
-        area=searched,
+        utterance, city, model=chosen, engine=engine, prior=before, rng=rng, area=searched,
+        truth=None if truth is None else places,
     )  # fmt: skip
 
 

@@ -2,30 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sloop_ppl.bridge._formatting import outcome_line, step_line, unresolved_lines, why_lines
+from sloop_ppl.bridge._formatting import (
+    asked_line,
+    outcome_line,
+    step_line,
+    unresolved_lines,
+    why_lines,
+)
 from sloop_ppl.bridge._replay import draw_episode
 from sloop_ppl.bridge._requests import posterior_of, saved_posterior
 from sloop_ppl.bridge._timed_utterances import read_utterances
 from sloop_ppl.bridge._trees import TREE_DEPTH, TreeKeeper, check_tree
-from sloop_ppl.bridge._typed import read_hearer, read_places, read_settings, read_start
+from sloop_ppl.bridge._typed import (
+    point_questions,
+    read_hearer,
+    read_places,
+    read_settings,
+    read_start,
+)
 from sloop_ppl.bridge.posterior_episode import PosteriorEpisode
-from sloop_ppl.bridge.searching import search
+from sloop_ppl.bridge.searching import Places, search
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
+from sloop_ppl.maps._given_point import GivenPoint
 from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
 from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
 from sloop_ppl.planning.episode import Step
 from sloop_ppl.planning.planners import planner_of
+from sloop_ppl.planning.questions import AskedQuestion
 from sloop_ppl.plots import check_figure_path
 from sloop_ppl.rng import child
+
+if TYPE_CHECKING:
+    from sloop_ppl.bridge.asking import Dialogue
 
 __all__ = ["SearchRequest", "SearchResult", "run_request"]
 
@@ -69,6 +86,11 @@ class SearchRequest:
     figure: Path | None = None
     animation: Path | None = None
     keep_beliefs: bool = False
+    answers: str | None = None
+    questions: int = 1
+    question_cost: float = 10.0
+    question_steps: int = 0
+    answer_error: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -100,13 +122,16 @@ def run_request(
     SearchInterrupted
         On Ctrl-C, once what was done until then has been written.
     """
-    places, start = read_places(request.places), read_start(request.start)
+    given, start = read_places(request.places), read_start(request.start)
     utterances = read_utterances(request.utterances)
     planner = planner_of(request.planner)
     config = _config(request)
     _check_outputs(request)
-    posterior = _posterior(request, places)
-    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+    posterior = _posterior(request, given)
+    grid = posterior.city.grid
+    places = {name: point.on(grid) for name, point in given.items()}
+    questions = point_questions(grid, request.places, request.start, request.hearer)
+    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
             notify(line)
     if on_posterior is not None:
@@ -121,6 +146,10 @@ def run_request(
         if keeper is not None:
             keeper.keep(step)
 
+    def on_question(question: AskedQuestion) -> None:
+        if request.explain:
+            notify(asked_line(question))
+
     keeper = TreeKeeper(request.tree, request.tree_step) if request.tree is not None else None
     try:
         episode = search(
@@ -131,7 +160,7 @@ def run_request(
             sensor=request.sensor,
             sims=request.sims,
             sensor_range_cells=request.sensor_range_cells,
-            start=start,
+            start=None if start is None else (*start[0].on(grid), *start[1]),
             rng=np.random.default_rng(request.seed),
             config=config,
             on_step=on_step,
@@ -139,6 +168,8 @@ def run_request(
             keep_beliefs=request.keep_beliefs or request.animation is not None,
             said=utterances,
             one_at_a_time=request.one_at_a_time,
+            dialogue=_dialogue(request),
+            on_question=on_question,
         )
     except SearchInterrupted as stopped:
         if isinstance(stopped.episode, PosteriorEpisode):
@@ -157,7 +188,7 @@ def run_request(
     return SearchResult(posterior, episode, report, (outcome_line(episode),))
 
 
-def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -> Posterior:
+def _posterior(request: SearchRequest, places: Mapping[str, GivenPoint]) -> Posterior:
     # A stream of its own: the search is the same with an engine that draws and one that does not.
     rng = child(np.random.default_rng(request.seed), "infer")
     if request.posterior is not None:
@@ -172,6 +203,33 @@ def _posterior(request: SearchRequest, places: dict[str, tuple[float, float]]) -
         params=request.params, prior=request.prior, viewpoint=request.viewpoint,
         hearer=read_hearer(request.hearer), truth=places, rng=rng, area=request.area,
     )  # fmt: skip
+
+
+def _dialogue(request: SearchRequest) -> Callable[[Places], Dialogue] | None:
+    """Return what makes the dialogue of a search, once all true places are known."""
+    if request.answers is None:
+        return None
+    from sloop_ppl.bridge.asking import AnswererModel, Dialogue
+    from sloop_ppl.bridge.asking.answerers import answerer_of
+
+    is_simulated = request.answers == "simulated"
+    person = AnswererModel.exact if is_simulated else AnswererModel
+    made = Dialogue(  # refuses what cannot be used before anything is searched
+        answerer_of(request.answers, {}, error=request.answer_error, rng=np.random.default_rng(0)),
+        most=request.questions,
+        cost=request.question_cost,
+        steps=request.question_steps,
+        person=person(error=request.answer_error),
+    )
+    rng = child(np.random.default_rng(request.seed), "answers")
+
+    def with_places(places: Places) -> Dialogue:
+        if not is_simulated:
+            return made
+        answerer = answerer_of("simulated", places, error=request.answer_error, rng=rng)
+        return replace(made, answerer=answerer)
+
+    return with_places
 
 
 def _config(request: SearchRequest) -> SearchConfig:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import BeliefCollapse
-from sloop_ppl.inference import Posterior
+from sloop_ppl.inference import AnswerFactor, Posterior
 from sloop_ppl.language import Description
 from sloop_ppl.rng import child
 
@@ -58,6 +58,11 @@ class BeliefTracker:
         return self._posterior
 
     @property
+    def language(self) -> Posterior:
+        """The posterior after all that was said and answered, perhaps without the last looks."""
+        return self._posterior
+
+    @property
     def pending_steps(self) -> tuple[int, ...]:
         """The steps for which there are words but that have not been reached."""
         return tuple(sorted(step for step in self._utterances if step > self._steps))
@@ -90,8 +95,8 @@ class BeliefTracker:
         self._catch_up()
         return {target: self._posterior.belief(target) for target in self.searched}
 
-    def update(self, description: Description) -> None:
-        """Take what is said."""
+    def update(self, description: Description | AnswerFactor) -> None:
+        """Take what is said or answered."""
         self._catch_up()
         rng = child(self._rng, "said", self._steps)
         self._posterior = self._posterior.update(description, rng=rng)
@@ -133,5 +138,6 @@ class BeliefTracker:
             self._posterior,
             log_prior=log_prior,
             factors=(),
+            answers=(),
             log_sensed={target: np.zeros_like(table) for target, table in tables.items()},
         )

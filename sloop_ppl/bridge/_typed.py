@@ -8,18 +8,20 @@ from dataclasses import fields
 from typing import Any
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.maps import Grid
+from sloop_ppl.maps._given_point import DEGREES, GivenPoint, read_point
 from sloop_ppl.planning import SearchConfig
 
-__all__ = ["read_hearer", "read_places", "read_settings", "read_start"]
+__all__ = ["point_questions", "read_hearer", "read_places", "read_settings", "read_start"]
 
 
-def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Return target -> x and y in metres.
+def read_places(typed: Sequence[str]) -> dict[str, GivenPoint]:
+    """Return target -> its place as it was given; `GivenPoint.on` puts it on a map.
 
     Parameters
     ----------
     typed
-        One ``OBJECT=x,y`` per target.
+        One ``OBJECT=x,y`` (metres) or ``OBJECT=@lat,lon`` (degrees) per target.
 
     Raises
     ------
@@ -29,43 +31,53 @@ def read_places(typed: Sequence[str]) -> dict[str, tuple[float, float]]:
     Examples
     --------
     >>> read_places(["GreenToyota=-37.5,-72.5"])
-    {'GreenToyota': (-37.5, -72.5)}
+    {'GreenToyota': GivenPoint(first=-37.5, second=-72.5, in_degrees=False)}
     """
-    places: dict[str, tuple[float, float]] = {}
+    places: dict[str, GivenPoint] = {}
     for text in typed:
         name, sign, numbers = text.partition("=")
-        values = _numbers(numbers)
-        if not name.strip() or not sign or len(values) != 2:
+        point = read_point(numbers)
+        if not name.strip() or not sign or point is None:
             raise InputError(
                 f"Place '{text}' is malformed; expected OBJECT=x,y in metres, such as "
-                "GreenToyota=-37.5,-72.5"
+                f"GreenToyota=-37.5,-72.5, or {DEGREES}"
             )
         if name.strip() in places:
             raise InputError(f"Place of '{name.strip()}' is given twice; give it once")
-        places[name.strip()] = values[0], values[1]
+        places[name.strip()] = point
     return places
 
 
-def read_start(typed: str | None) -> tuple[float, ...] | None:
-    """Return ``(x, y)`` or ``(x, y, heading)`` of a typed start; None when none is given.
+def read_start(typed: str | None) -> tuple[GivenPoint, tuple[float, ...]] | None:
+    """Return the point of a typed start and its heading, if there is one; None when none is given.
 
     Raises
     ------
     InputError
         When it is malformed or not finite.
+
+    Examples
+    --------
+    >>> read_start("41.4993N,81.6944W,90")
+    (GivenPoint(first=41.4993, second=-81.6944, in_degrees=True), (90.0,))
     """
     if typed is None:
         return None
-    values = _numbers(typed)
-    if len(values) not in (2, 3):
+    point, heading = read_point(typed), list[float]()
+    if point is None:
+        before, _, last = typed.rpartition(",")
+        heading = _numbers(last)
+        point = read_point(before) if heading else None
+    if point is None:
         raise InputError(
-            f"Start '{typed}' is malformed; expected x,y or x,y,heading in metres and degrees"
+            f"Start '{typed}' is malformed; expected x,y or x,y,heading in metres and degrees, or "
+            f"the point as {DEGREES}"
         )
-    return tuple(values)
+    return point, tuple(heading)
 
 
-def read_hearer(typed: str | None) -> tuple[float, float] | None:
-    """Return x and y, in metres, of where who listens is; None when it is not given.
+def read_hearer(typed: str | None) -> GivenPoint | None:
+    """Return where who listens is, as it was given; None when it is not.
 
     Raises
     ------
@@ -75,17 +87,35 @@ def read_hearer(typed: str | None) -> tuple[float, float] | None:
     Examples
     --------
     >>> read_hearer("-20,150")
-    (-20.0, 150.0)
+    GivenPoint(first=-20.0, second=150.0, in_degrees=False)
     """
     if typed is None:
         return None
-    values = _numbers(typed)
-    if len(values) != 2:
+    point = read_point(typed)
+    if point is None:
         raise InputError(
-            f"Hearer '{typed}' is malformed; expected x,y in metres, such as -20,150: where who "
-            "listens is, inside the map or outside"
+            f"Hearer '{typed}' is malformed; expected x,y in metres, such as -20,150, or "
+            f"{DEGREES}: where who listens is, inside the map or outside"
         )
-    return values[0], values[1]
+    return point
+
+
+def point_questions(
+    grid: Grid,
+    places: Sequence[str] = (),
+    start: str | None = None,
+    hearer: str | None = None,
+) -> list[str]:
+    """Return a line for each typed point of metres that would be degrees of the map, too."""
+    asked = [
+        (f"--place {text}", point) for text in places for point in read_places([text]).values()
+    ]
+    begun, listens = read_start(start), read_hearer(hearer)
+    if begun is not None:
+        asked.append((f"--start {start}", begun[0]))
+    if listens is not None:
+        asked.append((f"--hearer {hearer}", listens))
+    return [line for written, point in asked if (line := point.question(grid, written))]
 
 
 def _numbers(text: str) -> list[float]:

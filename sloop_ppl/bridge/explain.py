@@ -14,6 +14,7 @@ from sloop_ppl.bridge.relation_text import (
     facing,
     ground_label,
     meant_lines,
+    names_of,
     percent,
     reading_lines,
     relations_in_words,
@@ -65,11 +66,11 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
 
 
 def _where(posterior: Posterior, target: str) -> Iterator[str]:
-    city, mode = posterior.city, posterior.mode(target)
+    city, mode, name_of = posterior.city, posterior.mode(target), names_of(posterior).of
     near = posterior.probability_in(target, shapely.Point(mode).buffer(_NEAR_M))
     yield (
-        f"where: most probably {whereabouts(city, *mode)}; {percent(near)} within {_NEAR_M:g} m "
-        "of that"
+        f"where: most probably {whereabouts(city, *mode, name_of)}; {percent(near)} within "
+        f"{_NEAR_M:g} m of that"
     )
     places = hpd_places(posterior.belief(target), city.grid, 0.9)
     if len(places) == 1:
@@ -78,7 +79,7 @@ def _where(posterior: Posterior, target: str) -> Iterator[str]:
     yield f"  90 % in {len(places)} places:"
     for place in places[:_MOST_PLACES]:
         yield (
-            f"    {percent(place.p)} {whereabouts(city, *place.mode_m)} "
+            f"    {percent(place.p)} {whereabouts(city, *place.mode_m, name_of)} "
             f"({_area(posterior, place.cells)})"
         )
 
@@ -112,13 +113,14 @@ def _why(posterior: Posterior, target: str, rng: np.random.Generator | None) -> 
 
 
 def _frames(posterior: Posterior, target: str) -> Iterator[str]:
+    names = names_of(posterior)
     for framed in posterior.framed(target):
         if framed.term.each:  # "not behind a bank": no one front to tell of
             continue
         frame = posterior.frame(target, framed.term.ground, framed.relation)
         angles, prior = frame["angle"].values, frame["prior"].values
         modes = modes_of(frame.values, angles)
-        label = ground_label(posterior.city, framed.term.ground)
+        label = ground_label(names, framed.term.ground)
         directions = []
         for mean, _ in modes:
             # cos(45 degrees) = sqrt(1 / 2): an eighth of a turn to either side.
@@ -162,13 +164,13 @@ def _changes(
     posterior: Posterior, target: str, influences: list[Influence], words: tuple[str, ...]
 ) -> Iterator[str]:
     """Tell of the phrases and fronts that would move the most probable cell by over 15 m."""
-    city, mode = posterior.city, posterior.mode(target)
+    city, mode, names = posterior.city, posterior.mode(target), names_of(posterior)
     for influence in influences if len(influences) > 1 else []:
         other = mode_m(influence.without, city.grid)
         if math.dist(mode, other) > _NEAR_M:
             yield (
                 f"  without “{words[influence.index]}”: most probably "
-                f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"
+                f"{whereabouts(city, *other, names.of)}, {math.dist(mode, other):.0f} m away"
             )
     for framed in posterior.framed(target):
         table = posterior.joint_frame(target, framed.relation, framed.term.ground)
@@ -179,10 +181,10 @@ def _changes(
             continue
         other = mode_m(opposite.values, city.grid)
         if math.dist(mode, other) > _NEAR_M:
-            label = ground_label(city, framed.term.ground)
+            label = ground_label(names, framed.term.ground)
             yield (
                 f"  if {label} faced {facing(mean + math.pi)}: most probably "
-                f"{whereabouts(city, *other)}, {math.dist(mode, other):.0f} m away"
+                f"{whereabouts(city, *other, names.of)}, {math.dist(mode, other):.0f} m away"
             )
 
 

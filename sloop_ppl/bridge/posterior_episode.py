@@ -37,6 +37,8 @@ class SearchSetup:
         Those that are not the settings' own.
     search_legs
         What searches on, for `PosteriorEpisode.go_on`.
+    dialogue
+        Who can be asked; nobody when None.
     """
 
     planner: Any
@@ -44,6 +46,7 @@ class SearchSetup:
     motion: Any = None
     environment: Any = None
     search_legs: Callable[..., PosteriorEpisode] | None = None
+    dialogue: Any = None
 
 
 class OneLeg:
@@ -193,6 +196,8 @@ def joined(first: PosteriorEpisode, second: PosteriorEpisode) -> PosteriorEpisod
         views=np.concatenate([first.views, second.views[1:]]),
         info=first.info + second.info,
         beliefs=first.beliefs + second.beliefs[1:],
+        questions=first.questions
+        + tuple(replace(q, step=first.steps + q.step) for q in second.questions),
     )
 
 

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from sloop_ppl.language import HEARER, NOT_ON_MAP, RELATIONS, WHOLE_MAP, SpatialRelation
-from sloop_ppl.maps import CityMap
+from sloop_ppl.language._part_words import part_in_words
+from sloop_ppl.language._place_names import PlaceNames
 from sloop_ppl.maps._whereabouts import COMPASS_POINTS
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ __all__ = [
     "facing",
     "ground_label",
     "meant_lines",
+    "names_of",
     "percent",
     "reading_in_words",
     "reading_lines",
@@ -28,6 +30,8 @@ __all__ = [
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
+# Cosine of the greatest angle between a compass word and the bearing of "upper left" (45 degrees).
+_ALIKE = 0.7
 # Readings that are less probable, before and after, are not reported.
 _LEAST_READING = 0.01
 
@@ -35,8 +39,9 @@ _LEAST_READING = 0.01
 def relations_in_words(posterior: Posterior, target: str) -> tuple[str, ...]:
     """Return each relation of a target in words, such as "behind Velvet Dog"; no two the same."""
     phrases: list[str] = []
+    names = names_of(posterior)
     for relation in posterior.relations(target):
-        words = relation_in_words(relation, posterior.city)
+        words = relation_in_words(relation, names)
         again = sum(t == words or t.startswith(f"{words} (") for t in phrases)
         phrases.append(f"{words} ({again + 1})" if again else words)
     return tuple(phrases)
@@ -59,13 +64,14 @@ def meant_lines(posterior: Posterior, target: str) -> list[str]:
     Such as ``"a bank": Chase 0.71, KeyBank 0.22, not on this map 0.07``.
     """
     lines: dict[str, None] = {}
+    names = names_of(posterior)
     texts = _texts_of(posterior, target)
     for ground in posterior.grounds(target):
         if not ground.is_open or ground.relation.each or ground.relation.negated:
             continue
-        words = _mention(ground, texts[ground.index], posterior.city)
+        words = _mention(ground, texts[ground.index], names)
         shares = [
-            f"{_place(candidate.ground, posterior.city)} {candidate.p:.2f}"
+            f"{_place(candidate.ground, names)} {candidate.p:.2f}"
             for candidate in ground.candidates[:_MOST_PLACES]
         ]
         rest = ground.candidates[_MOST_PLACES:]
@@ -78,6 +84,7 @@ def meant_lines(posterior: Posterior, target: str) -> list[str]:
 def reading_lines(posterior: Posterior) -> list[str]:
     """Return a line for each description with several readings: which was probably meant."""
     lines = []
+    names = names_of(posterior)
     for which, description in enumerate(posterior.descriptions):
         readings = [
             one for one in posterior.readings(which) if max(one.p, one.prior) >= _LEAST_READING
@@ -85,15 +92,14 @@ def reading_lines(posterior: Posterior) -> list[str]:
         if len(readings) > 1:
             several = len(description.targets) > 1
             shares = [
-                f"{reading_in_words(one.reading, posterior.city, several)} {one.p:.2f} "
-                f"(was {one.prior:.2f})"
+                f"{reading_in_words(one.reading, names, several)} {one.p:.2f} (was {one.prior:.2f})"
                 for one in sorted(readings, key=lambda one: -one.p)
             ]
             lines.append(f"reading: {', '.join(shares)}")
     return lines
 
 
-def reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
+def reading_in_words(reading: Reading, names: PlaceNames, several: bool) -> str:
     """Return what a reading says, the sides of an alternative with "or" between them."""
     words = ""
     before: tuple[int, int] | None = None
@@ -102,7 +108,7 @@ def reading_in_words(reading: Reading, city: CityMap, several: bool) -> str:
         is_other = either is not None and before is not None and either[0] == before[0]
         link = " or " if is_other and either != before else ", "
         figure = f"{relation.figure} " if several else ""
-        words += f"{link if words else ''}{figure}{relation_in_words(relation, city)}"
+        words += f"{link if words else ''}{figure}{relation_in_words(relation, names)}"
         before = either
     return f"“{words}”" if words else "nothing of it"
 
@@ -118,34 +124,54 @@ def _texts_of(posterior: Posterior, target: str) -> list[str]:
     ]
 
 
-def _mention(ground: GroundPosterior, text: str, city: CityMap) -> str:
+def _mention(ground: GroundPosterior, text: str, names: PlaceNames) -> str:
     """Return the words of a mention, or else the relation it stands in."""
     spans = ground.relation.spans
     if spans is not None and ground.slot < len(spans.grounds):
         start, end = spans.grounds[ground.slot]
         return f"“{text[start:end]}”"
-    return f"“{relation_in_words(ground.relation, city)}”"
+    return f"“{relation_in_words(ground.relation, names)}”"
 
 
-def _place(ground: str | None, city: CityMap) -> str:
-    return "not on this map" if ground is None else ground_label(city, ground)
+def _place(ground: str | None, names: PlaceNames) -> str:
+    return "not on this map" if ground is None else ground_label(names, ground)
 
 
-def relation_in_words(relation: SpatialRelation, city: CityMap) -> str:
-    """Return a relation in words, such as "not near Velvet Dog"."""
-    labels = [ground_label(city, ground) for ground in relation.grounds]
+def relation_in_words(relation: SpatialRelation, names: PlaceNames) -> str:
+    """Return a relation in words, such as "not 20 m north of Velvet Dog"."""
+    labels = [ground_label(names, ground) for ground in relation.grounds]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
     denied = "not " if relation.negated else ""
     far = f"{words} " if (words := distance_in_words(relation)) else ""
-    return f"{denied}{far}{RELATIONS[relation.relation].phrase} {grounds}"
+    phrase = RELATIONS[relation.relation].phrase
+    if relation.part is None:
+        return f"{denied}{far}{phrase} {grounds}"
+    if _is_side_of(relation):
+        phrase = "on"
+    if relation.part.kind != "number":
+        phrase = f"{phrase} the"
+    return f"{denied}{far}{phrase} {part_in_words(relation.part, grounds)}"
 
 
-def ground_label(city: CityMap, ground: str) -> str:
+def _is_side_of(relation: SpatialRelation) -> bool:
+    """Whether the direction of a relation is that of its part: "north" of "the north side of"."""
+    record, part = RELATIONS[relation.relation], relation.part
+    if part is None or part.bearing_rad is None or part.kind == "number":
+        return False
+    return record.is_compass and math.cos((record.bearing_rad or 0.0) - part.bearing_rad) > _ALIKE
+
+
+def names_of(posterior: Posterior) -> PlaceNames:
+    """Return what the places of a posterior's map are called to who described it."""
+    return PlaceNames(posterior.city, posterior.descriptions)
+
+
+def ground_label(names: PlaceNames, ground: str) -> str:
     """Return what a ground is called: a landmark, the map, who listens, or another target."""
-    if ground in city:
-        return city.landmark(ground).label
+    if ground in names.city:
+        return names.of(ground)
     return {WHOLE_MAP: "the map", HEARER: "the hearer", NOT_ON_MAP: "no place here"}.get(
         ground, ground
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sloop_ppl.bridge._map_check import check_map
 from sloop_ppl.bridge._timed_utterances import descriptions_of
 from sloop_ppl.bridge._tracking import BeliefTracker
 from sloop_ppl.bridge.posterior_episode import (
@@ -27,9 +28,10 @@ from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.rng import child
 
 if TYPE_CHECKING:
-    from sloop_ppl.planning import Episode, Motion, Sensor, Step
+    from sloop_ppl.bridge.asking.questioner import Dialogue
+    from sloop_ppl.planning import AskedQuestion, Episode, Motion, Sensor, Step
 
-__all__ = ["check_map", "imagined_places", "search", "search_legs"]
+__all__ = ["Places", "imagined_places", "search", "search_legs"]
 
 Places = Mapping[str, tuple[float, float]]
 
@@ -53,6 +55,8 @@ def search(
     keep_beliefs: bool = False,
     said: Mapping[int, str | Description] | None = None,
     one_at_a_time: bool = False,
+    dialogue: Dialogue | Callable[[Places], Dialogue] | None = None,
+    on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> PosteriorEpisode:
     """Search the map for the targets of a posterior, all of them jointly.
 
@@ -133,13 +137,14 @@ def search(
     settings = replace(
         config or SearchConfig(), sims=sims, sensor_range_cells=float(sensor_range_cells)
     )
-    targets = posterior.targets
+    targets, known = posterior.targets, {**(places or {}), **imagined}
+    asked = dialogue(known) if callable(dialogue) else dialogue
     try:
         episode = search_legs(
             posterior,
-            {**(places or {}), **imagined},
+            known,
             tuple((t,) for t in targets) if one_at_a_time else (targets,),
-            setup=SearchSetup(chosen, sensor, motion, environment, search_legs),
+            setup=SearchSetup(chosen, sensor, motion, environment, search_legs, asked),
             config=settings,
             start=start,
             rng=rng,
@@ -147,6 +152,7 @@ def search(
             notify=notify,
             keep_beliefs=keep_beliefs,
             utterances=utterances,
+            on_question=on_question,
         )
     except SearchInterrupted as stopped:
         stopped.episode = replace(stopped.episode, imagined=tuple(imagined))
@@ -167,6 +173,7 @@ def search_legs(
     notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
     utterances: Mapping[int, Description] = MappingProxyType({}),
+    on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> PosteriorEpisode:
     """Search for groups of targets, one group after the other; arguments as in `search`.
 
@@ -186,6 +193,12 @@ def search_legs(
                 f"'{name}' has no belief; expected a place for each of: "
                 f"{', '.join(posterior.targets)}"
             )
+    questioner, left = None, 0
+    if setup.dialogue is not None:
+        from sloop_ppl.bridge.asking.questioner import PosteriorQuestioner
+
+        questioner = PosteriorQuestioner(tracker, setup.dialogue, notify=notify)
+        left = setup.dialogue.most
     whole: PosteriorEpisode | None = None
     for number, leg in enumerate(legs):
         beliefs = {t: tracker.posterior.belief(t) for t in posterior.targets}
@@ -233,6 +246,9 @@ def search_legs(
                 on_observation=tracker.observe,
                 keep_beliefs=keep_beliefs,
                 start_area=None if posterior.area is None else posterior.area.cells,
+                questioner=questioner,
+                max_questions=left if whole is None else left - len(whole.questions),
+                on_question=on_question,
             )
         except SearchInterrupted as stopped:
             stopped.episode = add(stopped.episode)
@@ -241,16 +257,6 @@ def search_legs(
     if whole is None:
         raise InputError("The posterior holds no target; expected at least one")
     return whole
-
-
-def check_map(posterior: Posterior, city: CityMap) -> None:
-    """Refuse a posterior that was made on another map."""
-    if posterior.city.digest != city.digest:
-        raise InputError(
-            f"The posterior was made on another map ('{posterior.city.name}', "
-            f"{posterior.city.grid.shape} cells); expected '{city.name}' as it is now; infer it "
-            "again on this map"
-        )
 
 
 def imagined_places(

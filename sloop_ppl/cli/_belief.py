@@ -23,6 +23,7 @@ from sloop_ppl.cli._options import (
     Viewpoint,
 )
 from sloop_ppl.cli._output import print_data, print_json, progress
+from sloop_ppl.errors import InputError
 
 __all__ = ["infer"]
 
@@ -53,6 +54,19 @@ def infer(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say why the belief is where it is.")
     ] = False,
+    ask: Annotated[
+        bool,
+        typer.Option(
+            "--ask", help="Ask at the terminal until the 90 % region is small; 'stop' ends."
+        ),
+    ] = False,
+    answers: Annotated[
+        Path | None,
+        typer.Option(help="With --ask: a file of answers instead of the terminal."),
+    ] = None,
+    small_m2: Annotated[
+        float, typer.Option("--small", help="With --ask: how small the region is to be, m2.")
+    ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of engines that draw.")] = 0,
     json: Json = False,
 ) -> None:
@@ -73,7 +87,7 @@ def infer(
 
     from sloop_ppl.bridge._formatting import belief_lines, belief_report, unresolved_lines
     from sloop_ppl.bridge._requests import posterior_of
-    from sloop_ppl.bridge._typed import read_hearer
+    from sloop_ppl.bridge._typed import point_questions, read_hearer
     from sloop_ppl.models import fitting_note
 
     posterior = posterior_of(
@@ -81,12 +95,27 @@ def infer(
         params=params, prior=prior, viewpoint=viewpoint, hearer=read_hearer(hearer),
         rng=np.random.default_rng(seed), area=area,
     )  # fmt: skip
-    for line in (fitting_note(posterior.model), *unresolved_lines(posterior)):
+    questions = point_questions(posterior.city.grid, hearer=hearer)
+    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
         if line:
             progress(line)
+    talk = None
+    if ask:
+        from sloop_ppl.bridge.asking import FileAnswerer, TerminalAnswerer, converse
+
+        answerer = TerminalAnswerer() if answers is None else FileAnswerer(answers)
+        talk = converse(posterior, answerer, small_m2=small_m2, notify=progress)
+        progress(f"no more is asked: {talk.ended}")
+        posterior = talk.posterior
+    elif answers is not None:
+        raise InputError("--answers does not go without --ask; add --ask, or leave it out")
     if out:
         posterior.save(out)
-    if figure:
+    if figure and talk is not None:
+        from sloop_ppl.bridge.asking.before_search import figure_of_conversation
+
+        save_figure(figure_of_conversation(talk), figure)
+    elif figure:
         from sloop_ppl.bridge.sheets import figure_of
 
         save_figure(figure_of(posterior, rng=np.random.default_rng(seed)), figure)
@@ -104,7 +133,8 @@ def infer(
 
         why = explain_lines(posterior, rng=np.random.default_rng(seed))
     if json:
-        print_json(belief_report(posterior))
+        asked = {} if talk is None else {"questions": talk.to_json()}
+        print_json({**belief_report(posterior), **asked})
         for line in why:
             progress(line)
     else:

@@ -41,6 +41,22 @@ Fits = Annotated[
     ),
 ]
 
+Annotations = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="Gold of lines that have none, .jsonl of id and relations; may be repeated.",
+        show_default=False,
+    ),
+]
+
+LearnFrom = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="Further description files that --cv learns from; may be repeated.",
+        show_default=False,
+    ),
+]
+
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
 
 
@@ -105,11 +121,13 @@ def describe(
 def quality(
     files: Files,
     maps: Maps = None,
+    annotations: Annotations = None,
     gold: Gold = True,
     models: Models = None,
     params: Params = None,
     cv: Cv = None,
     fits: Fits = None,
+    learn_from: LearnFrom = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw scores and coverage: .png, .pdf, .svg or .jpg.")
     ] = None,
@@ -138,6 +156,8 @@ def quality(
         fits=fits,
         progress=progress,
         metrics=tuple(metric or ()),
+        annotations=annotations,
+        learn_from=tuple(learn_from or ()),
     )
     if figure:
         draw_quality(found, figure)
@@ -174,6 +194,8 @@ def search(
     params: Params = None,
     cv: Cv = None,
     fits: Fits = None,
+    annotations: Annotations = None,
+    learn_from: LearnFrom = None,
     primary: Annotated[
         str | None,
         typer.Option(help="The two models compared first; else bayes,sloop-m4."),
@@ -189,18 +211,55 @@ def search(
     skip_bad: Annotated[
         bool, typer.Option("--skip-bad", help="Pass over lines that have a fault.")
     ] = False,
+    questions: Annotated[
+        str | None,
+        typer.Option(
+            help="How many questions may be asked, such as 0,1,2; else none.", show_default=False
+        ),
+    ] = None,
+    question_cost: Annotated[
+        str, typer.Option(help="What a question costs, such as 10,30.")
+    ] = "10",
+    question_steps: Annotated[int, typer.Option(help="How many steps a question takes.")] = 0,
+    answerer: Annotated[
+        str,
+        typer.Option(
+            help="a: oracle geometry; b: another one, lasting errors; c: what was recorded."
+        ),
+    ] = "a",
+    answer_error: Annotated[float, typer.Option(help="How often answers are wrong.")] = 0.1,
+    believed_error: Annotated[
+        float | None,
+        typer.Option(help="How often they are taken to be; else as they are.", show_default=False),
+    ] = None,
+    guess: Annotated[float, typer.Option(help="Share of the answers that are guessed.")] = 0.0,
+    believed_guess: Annotated[
+        float | None,
+        typer.Option(help="Share taken to be guessed; else as it is.", show_default=False),
+    ] = None,
+    rho: Annotated[
+        float, typer.Option(help="How often answerer b shares the speaker's mistake.")
+    ] = 0.5,
+    asking: Annotated[
+        str, typer.Option(help="planned, random, or fixed: the side of the first ground.")
+    ] = "planned",
 ) -> None:
     """Search for every described target under every model and range; resumable."""
     from sloop_ppl.cli._sweep_progress import sweep_progress
+    from sloop_ppl.eval._answerers import AskingSettings
     from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
     from sloop_ppl.eval.trials import Searching
 
     searching = Searching(planner, sims, rollout, fov, steps, seed)
+    asked = AskingSettings(
+        answerer, answer_error, believed_error, guess, believed_guess, rho, asking, question_steps
+    )
     with sweep_progress() as shown:
         folder = sweep_files(
             SweepRequest(
-                files, out, maps, gold, models, params, cv, fits, ranges, starts, searching,
-                primary, skip_bad, workers, backend, address,
+                files, out, maps, gold, models, params, cv, fits, tuple(annotations or ()),
+                tuple(learn_from or ()), ranges, starts, searching, primary, skip_bad, workers,
+                backend, address, questions, question_cost, asked,
             ),
             notify=progress,
             progress=shown,
@@ -230,12 +289,13 @@ def report(
     json: Json = False,
 ) -> None:
     """Report what a run found: tables and figures as Markdown, HTML, LaTeX and CSV."""
+    from sloop_ppl.eval._question_summary import report_summary
     from sloop_ppl.eval._report import make_report, write_docs, write_report
-    from sloop_ppl.eval.results import read_results, reward_summary
+    from sloop_ppl.eval.results import read_results
 
     sweeps = [read_results(folder) for folder in folders]
     if json:
-        print_json(reward_summary(sweeps[0]))
+        print_json(report_summary(sweeps[0]))
         return
     made = make_report(sweeps, quality=quality, maps=maps)
     if docs:
@@ -299,16 +359,21 @@ def fit(
         ),
     ] = None,
     maps: Maps = None,
+    annotations: Annotations = None,
     json: Json = False,
 ) -> None:
     """Fit models with each map left out, choose inside the folds, and fit the best to all.
+
+    Where each line of a file has a map of its own, the file's maps are left out together.
 
     Ctrl-C keeps the finished fits; the same command goes on from there.
     """
     from sloop_ppl.eval._fit_files import fit_files, fit_tables
     from sloop_ppl.eval._table_lines import table_lines
 
-    selection, fitted = fit_files(files, out=out, models=models, maps=maps, progress=progress)
+    selection, fitted = fit_files(
+        files, out=out, models=models, maps=maps, annotations=annotations, progress=progress
+    )
     if json:
         print_json(fitted.to_json())
     else:

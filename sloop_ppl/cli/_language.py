@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sloop_ppl.cli._options import Hearer, Json, Map, Nlp, Targets, Text, Viewpoint
-from sloop_ppl.cli._output import print_data, print_json
+from sloop_ppl.cli._output import print_data, print_json, progress
 from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["parse"]
@@ -30,7 +30,7 @@ def parse(
     import sloop_ppl as sloop
     from sloop_ppl import language
     from sloop_ppl.bridge._formatting import relation_table
-    from sloop_ppl.bridge._typed import read_hearer
+    from sloop_ppl.bridge._typed import point_questions, read_hearer
 
     place = read_hearer(hearer)
     page = check_output(html, (".html", ".htm")) if html else None
@@ -38,7 +38,10 @@ def parse(
     declared = language.load_targets(targets) if targets else None
     parser = language.dependency_parser(nlp) if nlp else "rules"
     seen_from = language.check_viewpoint(viewpoint)
-    parsed = language.parse(text, city, declared, parser, seen_from, hearer=place)
+    listens = None if place is None else place.on(city.grid, may_be_outside=True)
+    for line in point_questions(city.grid, hearer=hearer):
+        progress(line)
+    parsed = language.parse(text, city, declared, parser, seen_from, hearer=listens)
     if page:
         with written_whole(page) as path:
             path.write_text(language.html_page(parsed), encoding="utf-8")

@@ -92,15 +92,16 @@ Patience = Annotated[
 Hearer = Annotated[
     str | None,
     typer.Option(
-        help='Where who listens is ("north of you"), x,y in metres; may be outside the map.',
+        help='Where who listens is ("north of you"), x,y in metres or @lat,lon in degrees; may be '
+        "outside the map.",
         show_default=False,
     ),
 ]
 Area = Annotated[
     str | None,
     typer.Option(
-        help="Where the targets are searched for: W,S,E,N in metres, or a .geojson file of a "
-        "polygon; else the whole map.",
+        help="Where the targets are searched for: W,S,E,N in metres, @W,S,E,N in degrees, or a "
+        ".geojson file of a polygon; else the whole map.",
         show_default=False,
     ),
 ]

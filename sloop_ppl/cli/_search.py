@@ -38,6 +38,8 @@ _OF_THE_POSTERIOR = (
     "hearer", "area",
 )  # fmt: skip
 
+_OF_ANSWERS = ("questions", "question_cost", "question_steps", "answer_error")
+
 
 def search(
     context: typer.Context,
@@ -50,10 +52,16 @@ def search(
     ] = None,
     place: Annotated[
         list[str] | None,
-        typer.Option(help="Where a target truly is, OBJECT=x,y in metres; else it is imagined."),
+        typer.Option(
+            help="Where a target truly is, OBJECT=x,y in metres or OBJECT=@lat,lon in degrees; "
+            "else it is imagined."
+        ),
     ] = None,
     start: Annotated[
-        str | None, typer.Option(help="Where the search starts, x,y[,heading]; else drawn.")
+        str | None,
+        typer.Option(
+            help="Where the search starts, x,y[,heading] or @lat,lon[,heading]; else drawn."
+        ),
     ] = None,
     targets: Targets = None,
     model: Model = "bayes",
@@ -111,6 +119,21 @@ def search(
         bool,
         typer.Option("--one-at-a-time", help="One target after the other, as in the paper."),
     ] = False,
+    answers: Annotated[
+        str | None,
+        typer.Option(
+            help="Who answers questions: human, simulated, or a file of answers; else none.",
+            show_default=False,
+        ),
+    ] = None,
+    questions: Annotated[int, typer.Option(help="How many questions may be asked.")] = 1,
+    question_cost: Annotated[
+        float, typer.Option(help="What a question takes from the reward.")
+    ] = 10,
+    question_steps: Annotated[int, typer.Option(help="How many steps a question takes.")] = 0,
+    answer_error: Annotated[
+        float, typer.Option(help="How often answers are wrong, or taken to be.")
+    ] = 0.1,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say before each step why it is taken.")
     ] = False,
@@ -150,6 +173,9 @@ def search(
     if posterior is not None:
         others = [n for n in given(context) if n in _OF_THE_POSTERIOR]
         _refuse(others, "--posterior", "a saved posterior keeps its own")
+    if answers is None:
+        _refuse((n for n in given(context) if n in _OF_ANSWERS), "a search without --answers",
+                "nobody answers")  # fmt: skip
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params,
@@ -158,8 +184,9 @@ def search(
         sensor_range_cells=range_, fov_deg=fov, sims=sims, max_steps=steps, rollout=rollout,
         find_each=find_each, one_at_a_time=one_at_a_time, explain=explain,
         settings=tuple(settings or ()), seed=seed, out=out, posterior_out=posterior_out,
-        tree=tree, tree_step=tree_step, figure=figure, animation=animation,
-        keep_beliefs=html is not None,
+        tree=tree, tree_step=tree_step, figure=figure, animation=animation, answers=answers,
+        questions=questions, question_cost=question_cost, question_steps=question_steps,
+        answer_error=answer_error, keep_beliefs=html is not None,
     )  # fmt: skip
     if html:
         check_output(html, (".html",))

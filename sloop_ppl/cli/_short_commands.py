@@ -24,7 +24,10 @@ def demo(
 
 def list_names(
     what: Annotated[
-        str, typer.Argument(help="models, likelihoods, engines, planners, frames, priors or maps.")
+        str,
+        typer.Argument(
+            help="models, likelihoods, engines, planners, frames, priors, questions or maps."
+        ),
     ],
     json: Json = False,
 ) -> None:

@@ -18,6 +18,7 @@ from typer.exceptions import TyperException
 from sloop_ppl import __version__
 from sloop_ppl._figure_backend import forget_missing_backend
 from sloop_ppl.cli import (
+    _asking,
     _belief,
     _evaluation,
     _frames,
@@ -61,6 +62,7 @@ def _options(
 
 app.command("parse")(_language.parse)
 app.command("infer")(_belief.infer)
+app.command("ask")(_asking.ask)
 app.command("search")(_search.search)
 app.add_typer(_maps.app, name="map")
 app.add_typer(_frames.app, name="frames")

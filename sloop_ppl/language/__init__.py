@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP, Relation, words_by_class
+from sloop_ppl.language.street_parts import StreetPart
 from sloop_ppl.language.values import (
     HEARER,
     NOT_ON_MAP,
@@ -67,6 +68,7 @@ __all__ = [
     "RelationSpans",
     "SpatialRelation",
     "Status",
+    "StreetPart",
     "TargetObject",
     "Unresolved",
     "Viewpoint",

@@ -35,6 +35,8 @@ _BARE_NUMBER = 0.8
 """Share of the houses of a number that was given without a street."""
 
 _TYPE_WITHIN = 3
+_LONGEST_NUMBER = 6
+"""Digits of a house number; more are a postal code's, or none at all."""
 
 
 class AddressIndex:
@@ -190,7 +192,10 @@ def _at_number(
     found = houses.on_street(number, names)
     if not found:
         shares = tuple((i, p * _HOUSE_UNKNOWN) for i, p in street.shares)
-        return replace(street, shares=shares, score=street.score * _HOUSE_UNKNOWN)
+        house = int(number) if number.isdecimal() and len(number) <= _LONGEST_NUMBER else 0
+        return replace(
+            street, shares=shares, score=street.score * _HOUSE_UNKNOWN, number=house or None
+        )
     sure = all(found.values())
     shares = of_a_kind(dict.fromkeys(found, 1.0), 0.0 if sure else 1 - _HOUSE_INFERRED)
     if not sure:

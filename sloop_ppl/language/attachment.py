@@ -82,6 +82,7 @@ class _Walk:
         self.record = AttachmentRecord(reader, figures, asserted)
         self.clause = _Clause()
         self.lows = [w.low for w in reader.words]
+        self.noun_ends = {c.last for c in reader.chunks if c.kind in ("place", "word")}
         self.correcting = 0  # sentences for which a correction still waits for what is right
         self.own_kind = ""  # head of the kind of place that who speaks is at: "the bench"
         self.named_at: dict[str, int] = {}  # object -> word after its last mention
@@ -156,8 +157,7 @@ class _Walk:
         """Remember what kind of place "meet me at the bench" names: it is the goal itself."""
         about = phrase.grounds[0]
         contact = all(RELATIONS[r].relation_class == "contact" for r in phrase.relations)
-        named = {c.last for c in self.reader.chunks if c.kind in ("place", "word")}
-        if contact and about.last in named and about.last > about.first:
+        if contact and about.last in self.noun_ends and about.last > about.first:
             self.own_kind = self.lows[about.last - 1]
 
     def _is_own(self, first: int, last: int) -> bool:

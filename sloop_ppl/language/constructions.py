@@ -42,6 +42,7 @@ _DIALS = frozenset(("clock", "dial", "clockface", "watch"))
 _TURNED = frozenset(("pointing", "looking", "turned", "faces", "pointed"))
 _NEVER_ALONE = frozenset(("near", "front", "next", "beside", "opposite"))
 _STRAYS = ("of", "to", "from")
+_ON_BLOCK = frozenset(("on", "in", "at", "within", "inside", "along"))
 _FAR = 12
 
 Items = list[Chunk]
@@ -80,6 +81,7 @@ def rewrite(chunks: Items, words: Sequence[Word], streets: Collection[int]) -> I
     """
     for rule in _RULES:
         rule(chunks, words)
+    _on_its_block(chunks, words, streets)
     return _crossings_without_words(chunks, words, streets)
 
 
@@ -352,6 +354,36 @@ _RULES: tuple[Callable[[Items, Sequence[Word]], None], ...] = (
     _is_parking, _clock_turned, _where_they_meet, _crossing_with, _between_two, _near_where_it_is,
     _facing_away, _ways, _denied_bounds, _measured_order, _stray_prepositions, _side_without_cue,
 )  # fmt: skip
+
+
+def _on_its_block(chunks: Items, words: Sequence[Word], streets: Collection[int]) -> None:
+    """Read "on the same block as X", "on X's block", "in the block of X" as "near X"."""
+    for i, chunk in enumerate(chunks):
+        if chunk.kind != "cue" or chunk.value.relation not in _ON_BLOCK or chunk.value.negated:
+            continue
+        at = _past(chunks, i + 1, *_SMALL)
+        if _kind(chunks, at) == "landmark" and not _is_street(chunks, at, streets):
+            mark = _word_at(chunks, words, at + 1) == "'"
+            block = at + 2 if mark else at + 1
+            owns = mark or words[chunks[at].last - 1].low.endswith("'s")
+            if owns and _word_at(chunks, words, block) == "block":
+                _as(chunks, i, "cue", Cue("near"))
+                _as(chunks, block, "none")
+            continue
+        same = any(_kind(chunks, k) == "same" for k in range(i + 1, at))
+        definite = same or any(_value(chunks, k) in ("the", "this") for k in range(i + 1, at))
+        if _word_at(chunks, words, at) in ("city", "whole"):
+            at += 1
+        link = at + 1
+        ground = _past(chunks, link + 1, *_SMALL)
+        if _word_at(chunks, words, at) != "block" or _kind(chunks, ground) not in _PLACES:
+            continue
+        definite = definite and not _is_street(chunks, ground, streets)
+        alike = same and _word_at(chunks, words, link) in ("as", "with")
+        if alike or (definite and _kind(chunks, link) == "of"):
+            chunks[i] = Chunk("cue", chunk.first, chunks[link].last, Cue("near"))
+            for k in range(i + 1, link + 1):
+                _as(chunks, k, "none")
 
 
 def _crossings_without_words(

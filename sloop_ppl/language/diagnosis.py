@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rapidfuzz import process
 
 from sloop_ppl.errors import NoRelationFound
+from sloop_ppl.language._place_names import PlaceNames
 from sloop_ppl.language.figures import figure_finder
 from sloop_ppl.language.place_index import place_index
 from sloop_ppl.language.reading import TextReading, find_cues, find_figures, find_landmarks, relate
@@ -104,7 +105,7 @@ def no_relation_found(
                 _listed("relation word", known.cues),
             )
         ),
-        *(_missing(u, city) for u in description.unresolved[:3]),
+        *(_missing(u, PlaceNames(city, [description])) for u in description.unresolved[:3]),
         f"say where an object is, such as '{_EXAMPLE}', with a NAME from map '{city.name}'",
     ]
     return NoRelationFound("; ".join(parts))
@@ -118,15 +119,15 @@ def _listed(what: str, found: Iterable[str]) -> str:
     return f"{what}{'s' if len(names) > 1 else ''} {shown}"
 
 
-def _missing(unresolved: Unresolved, city: CityMap) -> str:
+def _missing(unresolved: Unresolved, names: PlaceNames) -> str:
     text = _printable(" ".join(unresolved.text.split())[:_SHOWN])
-    labels = [city.landmark(c).label for c in unresolved.candidates]
+    labels = [names.of(c) for c in unresolved.candidates]
     if not labels:
-        known = [m.name for m in city.landmarks if m.name]
+        known = [names.of(m.id) for m in names.city.landmarks if m.name]
         # rapidfuzz ranks all names, however far, where the linker offers only the plausible ones.
         labels = [name for name, _, _ in process.extract(text, known, limit=3)]
-    names = ", ".join(labels) or "none has a name"
-    return f"'{text}' was not found on map '{city.name}' (nearest: {names})"
+    near = ", ".join(labels) or "none has a name"
+    return f"'{text}' was not found on map '{names.city.name}' (nearest: {near})"
 
 
 def _printable(text: str) -> str:

@@ -25,6 +25,8 @@ class LandmarkMention:
     shares
         Position of every landmark that may be meant, with its probability, best first; what is
         left to one is the share of places that are not on the map.
+    number
+        House number that was said with a street, where the map has no such house on it.
     """
 
     first: int
@@ -33,3 +35,4 @@ class LandmarkMention:
     score: float
     rivals: tuple[int, ...] = ()
     shares: tuple[tuple[int, float], ...] = ()
+    number: int | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from sloop_ppl.language._confidence import (
     readings_of,
 )
 from sloop_ppl.language._objects import find_objects, find_speaker, own_cars
+from sloop_ppl.language._part_reading import NamedText, Slot, read_parts
 from sloop_ppl.language._place_phrases import find_places
 from sloop_ppl.language.attachment import attach
 from sloop_ppl.language.attachment_record import Attached, Attachments
@@ -30,6 +31,7 @@ from sloop_ppl.language.nearest import nearest_landmarks
 from sloop_ppl.language.phrases import RelationPhrase
 from sloop_ppl.language.place_index import PlaceIndex
 from sloop_ppl.language.spelling import mend, split_run_ons
+from sloop_ppl.language.street_parts import StreetPart
 from sloop_ppl.language.targets import DEFAULT_TARGETS
 from sloop_ppl.language.values import (
     NOT_ON_MAP,
@@ -244,8 +246,9 @@ def to_description(state: TextReading) -> Description:
     held = [a for a in state.reading.attached if a.status is None]
     located = {f for a in held for f in a.figures}
     groups = 1 + max((a.either[0] for a in held if a.either), default=-1)
-    for one in held:
-        relations = _relations(state, one)
+    parts = _parts(state, held)
+    for index, one in enumerate(held):
+        relations = _relations(state, one, index, parts)
         if one.either is None and _is_choice(state, one):
             relations, groups = _choice(relations, groups), groups + 1
         for relation in relations:
@@ -259,7 +262,9 @@ def to_description(state: TextReading) -> Description:
                     _add_aside(state, one.phrase, "other", aside)
                 continue
             key = relation.figure, relation.relation, relation.grounds, relation.negated
-            found.setdefault(key, (relation, one))
+            first, phrase = found.setdefault(key, (relation, one))
+            if first.part is None and relation.part is not None:  # said again with its part
+                found[key] = replace(first, part=relation.part), phrase
     unresolved = _unresolved(state, aside)
     read = list(found.values())
     around = _Surroundings(state, len(unresolved), len(read))
@@ -309,7 +314,23 @@ class _Surroundings:
         )
 
 
-def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
+def _parts(state: TextReading, held: Sequence[Attached]) -> dict[Slot, StreetPart]:
+    """Return the parts of streets that the phrases are about."""
+    streets = state.places.streets
+    text = NamedText(
+        norms=state.norms,
+        names=state.landmarks,
+        figures=state.figures,
+        stops=[c.first for c in state.chunks if c.kind == "stop"],
+        ways={first for first, position in settle(state).items() if position in streets},
+        way_ids={state.places.id(position) for position in streets},
+    )
+    return read_parts(held, text)
+
+
+def _relations(
+    state: TextReading, one: Attached, index: int, parts: Mapping[Slot, StreetPart]
+) -> list[SpatialRelation]:
     phrase = one.phrase
     whole = phrase.joint or phrase.each
     groups = [phrase.grounds] if whole else [(g,) for g in phrase.grounds]
@@ -328,6 +349,7 @@ def _relations(state: TextReading, one: Attached) -> list[SpatialRelation]:
             ),
             each=phrase.each,
             either=one.either,
+            part=parts.get((index, relation, grounds[0].first)),
             **_referents(grounds, phrase.each),
         )
         for figure in one.figures

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
+from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.language.values import Description
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def _table(description: Description) -> str:
             for cell in (
                 relation.figure,
                 f"not {relation.relation}" if relation.negated else relation.relation,
-                ", ".join(relation.grounds),
+                part_in_words(relation.part, ", ".join(relation.grounds)),
                 "" if relation.distance_m is None else f"{relation.distance_m:g} m",
                 f"{relation.confidence:.2f}",
             )

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 
 from sloop_ppl.errors import DescriptionError, UnknownName
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP
+from sloop_ppl.language.street_parts import StreetPart
 
 __all__ = [
     "HEARER",
@@ -181,6 +182,8 @@ class SpatialRelation:
     either
         Group and branch of an alternative: of "at A or behind B, near C" the first is (0, 0), the
         others are (0, 1). Within a branch all holds, of a group one branch.
+    part
+        Which part of its ground is meant, such as the north side of a street; None for all of it.
 
     Raises
     ------
@@ -209,6 +212,7 @@ class SpatialRelation:
     mentions: tuple[int, ...] = ()
     distance: Distance | None = None
     either: tuple[int, int] | None = None
+    part: StreetPart | None = None
 
     def __post_init__(self) -> None:
         if self.relation not in RELATIONS:
@@ -509,10 +513,15 @@ def _all_from_ground(relations: tuple[SpatialRelation, ...]) -> tuple[SpatialRel
 
 def _from_ground(relation: SpatialRelation) -> SpatialRelation:
     """Return a relation as who stands on the ground means it."""
-    counterpart = RELATIONS[relation.relation].from_ground
+    record = RELATIONS[relation.relation]
+    counterpart = record.from_ground
     if counterpart is None or WHOLE_MAP in relation.grounds:
         return relation
-    return replace(relation, relation=counterpart)
+    part = relation.part
+    if part is not None and part.bearing_rad is not None and record.directions:
+        # The "upper" of "the upper left corner" is no north to who stands there.
+        part = None if part.kind == "side" else replace(part, bearing_rad=None)
+    return replace(relation, relation=counterpart, part=part)
 
 
 def _distance_entry(distance: Distance | None) -> list[float | None] | None:
@@ -520,6 +529,15 @@ def _distance_entry(distance: Distance | None) -> list[float | None] | None:
     if distance is None:
         return None
     return [distance.low_m, distance.high_m if distance.high_m < math.inf else None]
+
+
+def _part_entry(part: StreetPart | None) -> dict[str, Any]:
+    """Return the entry of a part, nothing for all of a ground."""
+    if part is None:
+        return {}
+    bearing = part.bearing_rad
+    bearing_deg = None if bearing is None else round(math.degrees(bearing), 6)
+    return {"part": {"kind": part.kind, "bearing_deg": bearing_deg, "number": part.number}}
 
 
 def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:
@@ -554,6 +572,7 @@ def _entries(relations: tuple[SpatialRelation, ...]) -> list[dict[str, Any]]:
                         "ground": list(spans.grounds[i]),
                     },
                     "confidence": relation.confidence,
+                    **_part_entry(relation.part),
                 }
             )
     return entries

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,15 +14,17 @@ from numpy.typing import NDArray
 from shapely.geometry import shape as shape_of
 from shapely.geometry.base import BaseGeometry
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps._given_point import are_degrees_of
 from sloop_ppl.maps._shapes import parts_of_dimension, project
 from sloop_ppl.maps.grid import Grid
 
 __all__ = ["SearchArea", "search_area"]
 
 _WANTED = (
-    "expected W,S,E,N in metres, a polygon, or GeoJSON of one (a dict, or the path of a .geojson "
-    "file)"
+    "expected W,S,E,N in metres, @W,S,E,N in degrees, a polygon, or GeoJSON of one (a dict, or the "
+    "path of a .geojson file)"
 )
 
 _NEAR_DEGREES = 1.0
@@ -78,9 +79,9 @@ def search_area(area: Any, grid: Grid) -> SearchArea:
     Parameters
     ----------
     area
-        West, south, east and north border in metres, as four numbers or as the text ``W,S,E,N``; a
-        shapely polygon in metres; GeoJSON, as a mapping or as the path of a file: polygons, or
-        features and collections of them.
+        West, south, east and north border in metres, as four numbers or as the text ``W,S,E,N``,
+        or in degrees as the text ``@W,S,E,N``; a shapely polygon in metres; GeoJSON, as a mapping
+        or as the path of a file: polygons, or features and collections of them.
     grid
         The map's grid.
 
@@ -93,7 +94,8 @@ def search_area(area: Any, grid: Grid) -> SearchArea:
     ------
     InputError
         When it is none of these, is not finite, empty or outside the map, has its borders in
-        another order, crosses itself, or holds no cell's centre.
+        another order, crosses itself, holds no cell's centre, or when borders in metres are
+        degrees of the map.
 
     Notes
     -----
@@ -115,10 +117,15 @@ def search_area(area: Any, grid: Grid) -> SearchArea:
     elif isinstance(area, Path):
         polygon = _from_file(area, grid)
     elif isinstance(area, str):
-        numbers = _typed(area)
-        polygon = _from_file(Path(area), grid) if numbers is None else _rectangle(numbers)
+        numbers = _typed(area.removeprefix("@"))
+        if numbers is None:
+            polygon = _from_file(Path(area), grid)
+        elif area.startswith("@"):
+            polygon = _in_degrees(numbers, grid)
+        else:
+            polygon = _in_metres(numbers, grid)
     elif isinstance(area, Sequence | np.ndarray):
-        polygon = _rectangle(area)
+        polygon = _in_metres(area, grid)
     else:
         raise InputError(f"The area is a {type(area).__name__}; {_WANTED}")
     return SearchArea(polygon, _cells(polygon, grid))
@@ -149,6 +156,31 @@ def _typed(text: str) -> list[float] | None:
         return None
 
 
+def _in_metres(borders: Any, grid: Grid) -> BaseGeometry:
+    polygon = _rectangle(borders)
+    west, south, east, north = polygon.bounds
+    if are_degrees_of(grid, south, west) and are_degrees_of(grid, north, east):
+        raise InputError(
+            f"The area ({_borders(polygon)}) is in degrees; expected metres from the map's centre, "
+            f"or the text @{west:.10g},{south:.10g},{east:.10g},{north:.10g}"
+        )
+    return polygon
+
+
+def _in_degrees(borders: Sequence[float], grid: Grid) -> BaseGeometry:
+    polygon = _rectangle(borders)
+    west, south, east, north = polygon.bounds
+    if not (west >= -180 and east <= 180 and south >= -90 and north <= 90):
+        raise InputError(
+            f"The area ({_borders(polygon)}) is not on earth; expected west, south, east, north in "
+            "degrees"
+        )
+    # Sides that are straight in degrees bulge in metres.
+    return project(
+        shapely.segmentize(polygon, (east - west + north - south) / 32), grid.from_lonlat
+    )
+
+
 def _rectangle(borders: Any) -> BaseGeometry:
     try:
         values = [float(value) for value in borders]
@@ -163,7 +195,7 @@ def _rectangle(borders: Any) -> BaseGeometry:
     if not (west < east and south < north):
         raise InputError(
             f"The area ({listed}) is empty or in another order; expected west, south, east, north "
-            "in metres with west < east and south < north"
+            "with west < east and south < north"
         )
     return shapely.box(west, south, east, north)
 
@@ -183,12 +215,10 @@ def _polygon(geometry: BaseGeometry, what: str) -> BaseGeometry:
 
 
 def _from_file(path: Path, grid: Grid) -> BaseGeometry:
+    text = read_text(path, "Area", hint=f"; {_WANTED}")
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(f"Area '{path}' cannot be read ({reason}); {_WANTED}") from error
-    except (ValueError, RecursionError) as error:
+        data = parse_json(text, finite=False)  # whose numbers are checked as corners
+    except ForeignFault as error:
         raise InputError(f"Area '{path}' is not JSON ({error}); {_WANTED}") from error
     if not isinstance(data, Mapping):
         raise InputError(f"Area '{path}' holds a {type(data).__name__}; expected a GeoJSON object")

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from sloop_ppl._foreign import is_file
+from sloop_ppl._foreign import ForeignFault, is_file, parse_json, read_text
 from sloop_ppl.errors import InputError, MapError, OutputError, UnknownName
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -33,15 +33,10 @@ def read_map(path: str | Path, cell_m: float | None = None) -> CityMap:
     MapError
         When the file cannot be read or does not follow the format.
     """
+    text = read_text(path, "Map file", error=MapError)
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise MapError(f"Map file '{path}' is not UTF-8 text: {error.reason}") from error
-    except (OSError, ValueError) as error:
-        raise MapError(f"Map file '{path}' cannot be read: {error}") from error
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        data = parse_json(text, finite=False)  # the format names the feature of a NaN
+    except ForeignFault as error:
         raise MapError(f"Map file '{path}' is not JSON: {error}") from error
     return from_geojson(data, cell_m=cell_m, source=str(path))
 

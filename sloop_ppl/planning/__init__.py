@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
     from sloop_ppl.planning.fast import Fast, warm_up
     from sloop_ppl.planning.files import read_episode, write_episode
+    from sloop_ppl.planning.information import AnswerTables, expected_bits
     from sloop_ppl.planning.loop import run_search
     from sloop_ppl.planning.models import (
         PublishedRollout,
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
         planner_of,
     )
     from sloop_ppl.planning.pose import Pose
+    from sloop_ppl.planning.questions import AskedQuestion, Questioner, QuestionTable, Reply
     from sloop_ppl.planning.sensors import FanSensor, MaskSensor, Sensor, fan_offsets
     from sloop_ppl.planning.space import SearchSpace
     from sloop_ppl.planning.tree_search import Pomcp, Pouct
@@ -61,6 +63,8 @@ if TYPE_CHECKING:
 __all__ = [
     "PLANNERS",
     "ROLLOUTS",
+    "AnswerTables",
+    "AskedQuestion",
     "Environment",
     "Episode",
     "ExactMotion",
@@ -82,8 +86,11 @@ __all__ = [
     "Pose",
     "Pouct",
     "PublishedRollout",
+    "QuestionTable",
+    "Questioner",
     "Random",
     "RandomRollout",
+    "Reply",
     "Report",
     "RobotState",
     "RunningPlanner",
@@ -102,6 +109,7 @@ __all__ = [
     "SlippingMotion",
     "Step",
     "TargetState",
+    "expected_bits",
     "fan_offsets",
     "list_planners",
     "make_planner",
@@ -149,7 +157,9 @@ _HOMES = {
         "make_planner",
         "planner_of",
     ),
+    "information": ("AnswerTables", "expected_bits"),
     "pose": ("Pose",),
+    "questions": ("AskedQuestion", "QuestionTable", "Questioner", "Reply"),
     "sensors": ("FanSensor", "MaskSensor", "Sensor", "fan_offsets"),
     "space": ("SearchSpace",),
     "tree_search": ("Pomcp", "Pouct"),

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-__all__ = ["EpisodeRecord", "InfoRecord", "check_counts"]
+__all__ = ["EpisodeRecord", "InfoRecord", "QuestionRecord", "check_counts"]
 
 _MOST_VIEWED = 2**31
 """Cells of all views together: a byte each."""
@@ -36,6 +36,21 @@ class InfoRecord(Struct):
     notes: dict[str, Any]
 
 
+class QuestionRecord(Struct):
+    """A question that was asked."""
+
+    step: Count
+    text: str
+    answer: str | None
+    target: str = ""
+    cost: Weight = 0.0
+    steps: Count = 0
+    bits: Weight = 0.0
+    realised_bits: Number | None = None
+    gain: Number | None = None
+    note: str = ""
+
+
 class EpisodeRecord(Struct):
     """An episode as `write_episode` writes it; other members are passed over."""
 
@@ -58,6 +73,7 @@ class EpisodeRecord(Struct):
     map_digest: str = ""
     targets: Names = []
     notes: Names = []
+    questions: Annotated[list[QuestionRecord], Meta(description="a list of objects")] = []
 
 
 def check_counts(record: EpisodeRecord) -> None:

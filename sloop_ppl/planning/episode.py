@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sloop_ppl.planning._by_value import ByValue
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.questions import AskedQuestion
 
 __all__ = ["Episode", "PlanInfo", "SearchInterrupted", "Step"]
 
@@ -140,6 +141,8 @@ class Episode(ByValue):
         The targets that were searched for; those of `places` when empty.
     notes
         What is to be said about the search as a whole, such as belief out of reach.
+    questions
+        The questions that were asked, in their order.
     """
 
     map_name: str
@@ -158,6 +161,7 @@ class Episode(ByValue):
     map_digest: str = ""
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    questions: tuple[AskedQuestion, ...] = ()
 
     @property
     def start(self) -> Pose:
@@ -176,13 +180,32 @@ class Episode(ByValue):
 
     @property
     def discounted_return(self) -> float:
-        """Sum of ``discount ** t * reward[t]`` over the steps t = 0, 1, ..."""
-        return math.fsum(self.config.discount**t * r for t, r in enumerate(self.rewards))
+        """Sum of ``discount ** t * reward`` over the steps t = 0, 1, ..., less what asking cost.
+
+        A question that takes steps delays all that comes after it.
+        """
+        return math.fsum((self.gross_discounted_return, *self._discounted_costs()))
+
+    @property
+    def gross_discounted_return(self) -> float:
+        """The same without the costs of questions; the steps that they took count."""
+        delays = [sum(q.steps for q in self.questions if q.step <= t) for t in range(self.steps)]
+        return math.fsum(
+            self.config.discount ** (t + delay) * r
+            for t, (r, delay) in enumerate(zip(self.rewards, delays, strict=True))
+        )
+
+    def _discounted_costs(self) -> list[float]:
+        found, delay = [], 0
+        for question in self.questions:
+            found.append(-question.cost * self.config.discount ** (question.step + delay))
+            delay += question.steps
+        return found
 
     @property
     def undiscounted_return(self) -> float:
-        """Sum of the rewards."""
-        return math.fsum(self.rewards)
+        """Sum of the rewards, less what asking cost."""
+        return math.fsum((*self.rewards, *(-q.cost for q in self.questions)))
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``sloop search --json`` prints, but for the model and the seed."""
@@ -199,12 +222,33 @@ class Episode(ByValue):
             ],
             "rewards": list(self.rewards),
             **({"notes": list(self.notes)} if self.notes else {}),
+            **(
+                {"questions": [_question_record(q) for q in self.questions]}
+                if self.questions
+                else {}
+            ),
             **({"imagined": list(self.imagined)} if self.imagined else {}),
             "found": self.found,
             "found_targets": list(self.found_targets),
             "steps": self.steps,
             "discounted_return": self.discounted_return,
         }
+
+
+def _question_record(question: AskedQuestion) -> dict[str, Any]:
+    """Return a question as ``sloop search --json`` prints it."""
+    return {
+        "step": question.step,
+        "text": question.text,
+        "answer": question.answer,
+        "target": question.target,
+        "cost": question.cost,
+        "steps": question.steps,
+        "bits": question.bits,
+        "realised_bits": question.realised,
+        "gain": question.gain,
+        **({"note": question.note} if question.note else {}),
+    }
 
 
 class SearchInterrupted(KeyboardInterrupt):

@@ -17,10 +17,16 @@ from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.outputs import written_whole
-from sloop_ppl.planning._episode_record import EpisodeRecord, InfoRecord, check_counts
+from sloop_ppl.planning._episode_record import (
+    EpisodeRecord,
+    InfoRecord,
+    QuestionRecord,
+    check_counts,
+)
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import Episode, PlanInfo
 from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.questions import AskedQuestion
 
 __all__ = [
     "EPISODE_VERSION",
@@ -134,6 +140,22 @@ def _episode(document: Mapping[str, Any]) -> Episode:
         map_digest=record.map_digest,
         targets=tuple(record.targets),
         notes=tuple(record.notes),
+        questions=tuple(map(_question, record.questions)),
+    )
+
+
+def _question(record: QuestionRecord) -> AskedQuestion:
+    return AskedQuestion(
+        step=record.step,
+        text=record.text,
+        answer=record.answer,
+        target=record.target,
+        cost=float(record.cost),
+        steps=record.steps,
+        bits=float(record.bits),
+        realised=record.realised_bits,
+        gain=record.gain,
+        note=record.note,
     )
 
 

@@ -14,6 +14,13 @@ from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.maps import CityMap
+from sloop_ppl.planning._ask_models import (
+    AskObservationModel,
+    AskPolicyModel,
+    AskRewardModel,
+    AskTransitionModel,
+)
+from sloop_ppl.planning._dialogue import Dialogue
 from sloop_ppl.planning._pomdp import Agent
 from sloop_ppl.planning.belief import GridBelief, observation_likelihoods
 from sloop_ppl.planning.config import SearchConfig
@@ -38,6 +45,7 @@ from sloop_ppl.planning.models import (
 from sloop_ppl.planning.motion import Motion
 from sloop_ppl.planning.planners import RunningPlanner, SearchPlanner, make_planner, planner_of
 from sloop_ppl.planning.pose import Pose, as_pose
+from sloop_ppl.planning.questions import AskedQuestion, Questioner
 from sloop_ppl.planning.sensors import MaskSensor, Sensor
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import RobotState, SearchAction, SearchObservation
@@ -65,6 +73,9 @@ def run_search(
     notify: Callable[[str], None] | None = None,
     keep_beliefs: bool = False,
     start_area: NDArray[np.bool_] | None = None,
+    questioner: Questioner | None = None,
+    max_questions: int = 1,
+    on_question: Callable[[AskedQuestion], None] | None = None,
 ) -> Episode:
     """Search a map for targets that stand still.
 
@@ -108,6 +119,14 @@ def run_search(
         Keep the beliefs at every pose in the `Episode`.
     start_area
         True for the cells from which a start is drawn, shape (H, W); all when None.
+    questioner
+        Who can be asked during the search; nobody when None. ``pouct`` and ``pomcp`` have asking
+        as an action; for all other planners the expected gain in discounted return decides before
+        each step.
+    max_questions
+        How many questions may be asked.
+    on_question
+        Called with every `AskedQuestion`.
 
     Returns
     -------
@@ -147,12 +166,31 @@ def run_search(
         raise OutsideMap(f"The environment's pose: {error}") from None
     reward_model = SearchRewardModel(space)
     name = chosen.name
-    agent = Agent(
-        GridBelief(space, beliefs, robot, rng=child(rng, "planner", name, "belief"), pose=pose),
+    models: tuple[Any, ...] = (
         SearchPolicyModel(space, scalar_rng(child(rng, "policy"))),
         SearchTransitionModel(space, scalar_rng(child(rng, "planner", name, "motion"))),
         SearchObservationModel(space, scalar_rng(child(rng, "planner", name, "sensor"))),
         reward_model,
+    )
+    dialogue = None
+    if questioner is not None:
+        in_tree = bool(getattr(chosen, "asks", False))
+        cells = {t: space.grid.cell_at(x, y) for t, (x, y) in known.items()}
+        flat = {t: row * space.n_cols + col for t, (row, col) in cells.items()}
+        dialogue = Dialogue(
+            space, questioner, max_questions, in_tree=in_tree, cells=flat, on_question=on_question
+        )
+        if in_tree:
+            answers = scalar_rng(child(rng, "planner", name, "answers"))
+            models = (
+                AskPolicyModel(models[0], dialogue.board),
+                AskTransitionModel(models[1]),
+                AskObservationModel(models[2], dialogue.board, len(ids), answers),
+                AskRewardModel(models[3], dialogue.board),
+            )
+    agent = Agent(
+        GridBelief(space, beliefs, robot, rng=child(rng, "planner", name, "belief"), pose=pose),
+        *models,
     )
     running = make_planner(chosen, space, rng=rng)
     record = _Record(space, keep_beliefs)
@@ -171,6 +209,7 @@ def run_search(
             places=MappingProxyType({t: (float(x), float(y)) for t, (x, y) in known.items()}),
             targets=ids,
             notes=notes,
+            questions=tuple(dialogue.asked) if dialogue is not None else (),
             **record.columns(),
         )
 
@@ -179,7 +218,10 @@ def run_search(
             while not robot.ended and len(record.actions) < space.config.step_limit:
                 # The order of a step: plan, act, sense, update; the reward is of the robot before
                 # and after.
-                action, info = running.plan(agent)
+                if dialogue is None:
+                    action, info = running.plan(agent)
+                else:
+                    action, info = dialogue.choose(agent, running, len(record.actions))
                 info = replace(info, expected=expected_sightings(agent.belief))
                 outcome = checked_outcome(space, action, environment.execute(action))
                 after = robot_after(space, robot, action, outcome)

@@ -162,6 +162,49 @@ class RunningPathSearch:
         """Drop the path that was planned."""
         self._plan = self._plan[:0]
 
+    def path_return(self, belief: GridBelief, share: float) -> float:
+        """Return the expected discounted return of the path that was planned last.
+
+        Parameters
+        ----------
+        belief
+            What it is judged by, at its word; where the robot is.
+        share
+            Share of the value bound that counts for what the path does not detect.
+
+        Notes
+        -----
+        ``G_T + g ** T * share * V_T``: exact over the cells, with the belief itself instead of the
+        sharpened one that the path was chosen by, up to the horizon T.
+        """
+        config, objective = self._space.config, self._objective_of(belief, 0.0)
+        pose, poses = belief.robot.pose, []
+        rewards = []
+        for move in self._plan:
+            stopped = len(self._map.collides) > 0 and self._map.collides[move, pose]
+            rewards.append(objective.collision if stopped else objective.move)
+            pose = int(self._map.next_pose[move, pose])
+            poses.append(pose)
+        detected = np.zeros(len(poses))
+        left = objective.mass.copy()
+        detection_masses(self._map, left, self._space.hit, np.array(poses), detected)
+        remaining = np.minimum(objective.total - np.cumsum(detected) + detected, 1.0)
+        weight = config.discount ** np.arange(len(poses))
+        later = config.discount * config.right_find_reward * detected
+        total = float((weight * (np.array(rewards) * remaining + later)).sum())
+        by_block = np.bincount(
+            self._bound.block, weights=left, minlength=len(self._bound.blocks)
+        ).astype(np.float64)
+        row, col, heading = self._space.decode(pose)
+        if len(self._bound.around):
+            promised = float(self._bound.around[pose] @ by_block)
+        else:
+            blocks, bound = self._bound.blocks, self._bound.bound
+            north = blocks["row"] - row + (bound.shape[1] - 1) // 2
+            east = blocks["col"] - col + (bound.shape[2] - 1) // 2
+            promised = float(bound[heading, north, east] @ by_block)
+        return total + config.discount ** len(poses) * share * promised
+
     def _learn_view(self, belief: GridBelief) -> None:
         """Take from the robot's pose what it did not show to a robot between cells."""
         unseen, hidden, pose = belief.unseen, self._map.hidden, belief.robot.pose
@@ -197,10 +240,16 @@ class RunningPathSearch:
 
     def _objective(self, belief: GridBelief) -> Objective:
         """Return what counts under a belief, and give its mass to the value bound."""
-        config, space, bound = belief.space.config, belief.space, self._bound
-        mass = self._mass(belief, config.hedge)
-        by_block = np.bincount(bound.block, weights=mass, minlength=len(bound.blocks))
-        set_mass(bound, by_block.astype(np.float64), space.n_cols)
+        bound = self._bound
+        objective = self._objective_of(belief, belief.space.config.hedge)
+        by_block = np.bincount(bound.block, weights=objective.mass, minlength=len(bound.blocks))
+        set_mass(bound, by_block.astype(np.float64), belief.space.n_cols)
+        return objective
+
+    def _objective_of(self, belief: GridBelief, share: float) -> Objective:
+        """Return what counts under a belief, a share of which is sharpened."""
+        config, space = belief.space.config, belief.space
+        mass = self._mass(belief, share)
         return Objective(
             mass=mass,
             total=float(mass.sum()),

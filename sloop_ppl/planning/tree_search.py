@@ -80,6 +80,9 @@ class _TreeSearch:
     rollout: str | None = None
     tree_depth: int | None = None
 
+    asks = True
+    """Questions are actions of the tree; `run_search` asks for this."""
+
     def settings(self, config: SearchConfig) -> SearchConfig:
         """Return the settings of the search with the planner's own in their places."""
         return overridden(config, self)

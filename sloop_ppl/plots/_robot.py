@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "draw_finds",
     "draw_path",
+    "draw_questions",
     "draw_targets",
     "is_find",
     "robot_path",
@@ -137,6 +138,31 @@ def draw_finds(ax: Axes, episode: EpisodeLike) -> tuple[list[Any], list[Artist]]
         drawn.append(place)
         discs.append(disc)
     return [shown[right] for right in sorted(shown, reverse=True)], discs
+
+
+def draw_questions(ax: Axes, poses: Sequence[tuple[float, ...]], questions: Sequence[Any]) -> Any:
+    """Mark with a question mark where the robot was when something was asked; return a handle."""
+    from matplotlib.lines import Line2D
+
+    k = stroke(ax)
+    style: dict[str, Any] = {
+        "ls": "none", "marker": "$?$", "ms": 9.0 * k, "color": INK, "mew": 0.4 * k,
+    }  # fmt: skip
+    for step in dict.fromkeys(question.step for question in questions):
+        x, y, *_ = poses[step]
+        mark = Line2D([x], [y], zorder=5.4, gid="question", **style)
+        mark.set_transform(ax.transData + _lifted(ax, -11.0 * k, 11.0 * k))
+        ax.add_line(mark)
+    return Line2D([], [], label="asked", **style)
+
+
+def _lifted(ax: Axes, right_pt: float, up_pt: float) -> Any:
+    from matplotlib.transforms import Affine2D, ScaledTranslation
+
+    figure = ax.get_figure(root=True)
+    if figure is None:
+        return Affine2D()
+    return ScaledTranslation(right_pt / 72, up_pt / 72, figure.dpi_scale_trans)
 
 
 def _verdict(ax: Axes, place: tuple[float, float], right: bool, nth: int) -> tuple[Any, Artist]:

@@ -283,6 +283,10 @@ class _Scene:
         return f"Step {step} of {count}: {action}"
 
     def _caption(self, step: int) -> str:
+        asked = [q for q in getattr(self.episode, "questions", ()) if q.step == step]
+        if asked:
+            answers = "; ".join(q.answer or "no answer" for q in asked)
+            return textwrap.shorten(f"asked, and was answered: {answers}", 60, placeholder=" …")
         if step == 0:
             return "Looking for " + ", ".join(self.episode.places)
         reward = f"reward {self.episode.rewards[step - 1]:+g}".replace("-", "−")

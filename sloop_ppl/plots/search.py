@@ -17,7 +17,14 @@ from sloop_ppl.plots._ground import draw_shape
 from sloop_ppl.plots._marks import add_legend
 from sloop_ppl.plots._palette import ACCENTS, belief_colours
 from sloop_ppl.plots._protocols import EpisodeLike
-from sloop_ppl.plots._robot import draw_finds, draw_path, draw_targets, seen_image, sparse_steps
+from sloop_ppl.plots._robot import (
+    draw_finds,
+    draw_path,
+    draw_questions,
+    draw_targets,
+    seen_image,
+    sparse_steps,
+)
 from sloop_ppl.plots.city import draw_map
 
 if TYPE_CHECKING:
@@ -85,6 +92,9 @@ def plot_search(
     handles += draw_targets(axes, episode.places, episode.found_targets, imagined)
     finds, discs = draw_finds(axes, episode)
     handles += finds
+    asked = getattr(episode, "questions", ())
+    if asked:
+        handles.append(draw_questions(axes, episode.poses, asked))
     sky = ACCENTS["view"]
     handles.append(Patch(facecolor=(*to_rgb(sky), 0.4), edgecolor=sky, lw=0.9, label="seen"))
     if beliefs:
@@ -92,7 +102,7 @@ def plot_search(
     if labels:
         layer.labels = (*_names(episode, city, imagined), *layer.labels)
     layer.avoid(*discs, points=along(episode.poses, city.grid.cell_m))
-    set_title(axes, title or outcome(episode))
+    set_title(axes, title or f"{outcome(episode)}{asked_words(asked)}")
     if legend:
         add_legend(axes, handles, layer)
     return axes
@@ -110,6 +120,13 @@ def outcome(episode: EpisodeLike) -> str:
         f"{result} in {steps} step{'' if steps == 1 else 's'}, "
         f"discounted return {episode.discounted_return:.0f}".replace("-", "−")
     )
+
+
+def asked_words(questions: Sequence[Any]) -> str:
+    """Return what was answered to the questions of a search, behind a full stop; empty for none."""
+    answers = ", ".join(f"“{q.answer}”" if q.answer else "no answer" for q in questions)
+    count = len(questions)
+    return f". Asked {count} question{'' if count == 1 else 's'}: {answers}" if count else ""
 
 
 def together(beliefs: Beliefs, city: CityMap) -> NDArray[np.float64]:

@@ -19,6 +19,7 @@ from sloop_ppl.bridge.relation_text import relation_in_words
 from sloop_ppl.eval._line_format import EntryLine
 from sloop_ppl.eval._objects import declared_object
 from sloop_ppl.language import RELATIONS, Description, TargetObject, parse
+from sloop_ppl.language._place_names import PlaceNames
 from sloop_ppl.maps import bundled_maps
 from sloop_ppl.web import _limits
 from sloop_ppl.web._assignment import Assignment, speakers_of
@@ -142,10 +143,11 @@ class _CollectPages:
         one = self._find(asked.configuration)
         read = self._parsed(one, asked.text)
         city = self._shelf.get(self._shelf.key_of(one.map))
+        names = PlaceNames(city, (read,))
         placed = {relation.figure for relation in read.relations}
         return {
             "phrases": [
-                f"{_spoken_name(r.figure)} {relation_in_words(r, city)}" for r in read.relations
+                f"{_spoken_name(r.figure)} {relation_in_words(r, names)}" for r in read.relations
             ],
             "missing": [_spoken_name(name) for name in one.targets if name not in placed],
         }

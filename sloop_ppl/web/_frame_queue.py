@@ -9,6 +9,7 @@ from sloop_ppl.bridge.relation_text import relation_in_words
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import AnnotatedDescription, read_descriptions
 from sloop_ppl.language import RELATIONS, SpatialRelation, parse
+from sloop_ppl.language._place_names import PlaceNames
 from sloop_ppl.maps import PATH_KINDS, CityMap, load_map
 
 __all__ = ["FrameItem", "items_of_file", "items_of_map"]
@@ -44,12 +45,13 @@ class FrameItem:
 
 def items_of_map(city: CityMap, source: str) -> list[FrameItem]:
     """Return a phrase for each named place of a map that is no street, in front of it and left."""
+    names = PlaceNames(city)
     named = [m for m in city.landmarks if m.name and m.kind not in PATH_KINDS]
     return [
         FrameItem(
             f"{city.name}/{landmark.id}/{word}",
             source,
-            relation_in_words(SpatialRelation("Me", word, (landmark.id,)), city),
+            relation_in_words(SpatialRelation("Me", word, (landmark.id,)), names),
             landmark.id,
             word,
         )

@@ -7,9 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.bridge.relation_text import ground_label, reading_in_words, relation_in_words
+from sloop_ppl.bridge.relation_text import (
+    ground_label,
+    names_of,
+    reading_in_words,
+    relation_in_words,
+)
 from sloop_ppl.inference import Posterior
 from sloop_ppl.language import NOT_ON_MAP, Description, SpatialRelation
+from sloop_ppl.language._place_names import PlaceNames
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps._whereabouts import nearest_landmark, whereabouts
 from sloop_ppl.web._codec import packed_bits, packed_floats
@@ -21,21 +27,22 @@ _NEAR_M = 15.0
 
 def reading_payload(read: Description, city: CityMap) -> dict[str, Any]:
     """Return what was read: marked stretches of the text, phrases, and what was set aside."""
+    names = PlaceNames(city, (read,))
     return {
         "text": read.text,
         "spans": _spans(read),
-        "phrases": [_phrase(r, i, read, city) for i, r in enumerate(read.relations)],
+        "phrases": [_phrase(r, i, read, names) for i, r in enumerate(read.relations)],
         "unresolved": [
             {
                 "text": missed.text,
                 "span": list(missed.span),
                 "status": missed.status,
-                "candidates": [ground_label(city, c) for c in missed.candidates[:3]],
+                "candidates": [ground_label(names, c) for c in missed.candidates[:3]],
             }
             for missed in read.unresolved
         ],
         "readings": [
-            {"p": one.probability, "text": reading_in_words(one, city, len(read.targets) > 1)}
+            {"p": one.probability, "text": reading_in_words(one, names, len(read.targets) > 1)}
             for one in read.all_readings()
         ],
     }
@@ -56,7 +63,7 @@ def frames_payload(posterior: Posterior) -> dict[str, Any]:
         found[target] = [
             {
                 "ground": frame.ground,
-                "label": ground_label(posterior.city, frame.ground),
+                "label": ground_label(names_of(posterior), frame.ground),
                 "relation": frame.relation,
                 "angle_rad": frame.mean_rad,
                 "kappa": frame.kappa,
@@ -86,7 +93,7 @@ def why_payload(
     phrases = []
     for one in posterior.influence(target):
         entry: dict[str, Any] = {
-            "text": relation_in_words(one.relation, posterior.city),
+            "text": relation_in_words(one.relation, names_of(posterior)),
             "bits": one.bits,
         }
         if cell is not None:
@@ -146,7 +153,7 @@ def _target(posterior: Posterior, target: str) -> dict[str, Any]:
                 "candidates": [
                     {
                         "ground": c.ground,
-                        "label": ground_label(city, c.ground or NOT_ON_MAP),
+                        "label": ground_label(names_of(posterior), c.ground or NOT_ON_MAP),
                         "p": c.p,
                         "at": list(_centroid(c.ground, city)) if c.ground else None,
                     }
@@ -191,20 +198,20 @@ def _spans(read: Description) -> list[dict[str, Any]]:
 
 
 def _phrase(
-    relation: SpatialRelation, index: int, read: Description, city: CityMap
+    relation: SpatialRelation, index: int, read: Description, names: PlaceNames
 ) -> dict[str, Any]:
     return {
         "index": index,
         "figure": relation.figure,
         "relation": relation.relation,
-        "grounds": [ground_label(city, ground) for ground in relation.grounds],
+        "grounds": [ground_label(names, ground) for ground in relation.grounds],
         "negated": relation.negated,
         "either": None if relation.either is None else list(relation.either),
         "confidence": relation.confidence,
-        "text": relation_in_words(relation, city),
+        "text": relation_in_words(relation, names),
         "candidates": [
             [
-                {"label": ground_label(city, c.ground or NOT_ON_MAP), "p": c.probability}
+                {"label": ground_label(names, c.ground or NOT_ON_MAP), "p": c.probability}
                 for c in relation.slot(i)[:6]
             ]
             for i in range(len(relation.grounds))

@@ -19,6 +19,13 @@ SLOW = {
     "bench_web.py",
 }  # they start processes, and may have to compile
 FIGURES = {
+    "bench_asking.py": (
+        "candidates at 41 x 41, CPU: first",
+        "candidates at 401 x 401, CPU: first",
+        "a decision of fast that weighs questions, CPU:",
+        "targets, answerer a: log score",
+        "gain of each question",
+    ),
     "bench_frames.py": ("one of cleveland", "the first of cleveland", "10 of 5 bundled maps"),
     "bench_inference.py": (
         "exact, 41 x 41, 3 frame relations",

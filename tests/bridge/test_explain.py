@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from sloop_ppl.bridge.explain import explain_lines
 from sloop_ppl.bridge.relation_text import facing, percent, relations_in_words
 from sloop_ppl.bridge.sheets import figure_of, sheet_of
 from sloop_ppl.inference import infer_description
-from sloop_ppl.language import SpatialRelation
+from sloop_ppl.language import SpatialRelation, StreetPart
 from tests.mixture import MIXTURE
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
@@ -42,6 +43,25 @@ def test_relations_are_told_as_they_are_said():
         "12.5 m near House",
         "in front of House (2)",
     )
+
+
+@pytest.mark.parametrize(
+    ("word", "part", "told"),
+    [
+        ("north", StreetPart("side", np.pi / 2), "on the north side of Main Street"),
+        ("top", StreetPart("corner", 3 * np.pi / 4), "on the northwest corner of Main Street"),
+        ("east", StreetPart("side", np.pi / 2), "east of the north side of Main Street"),
+        ("on", StreetPart("side", number=2), "on the even side of Main Street"),
+        ("near", StreetPart("corner"), "near the corner of Main Street"),
+        ("on", StreetPart("mid-block"), "on the middle of the block on Main Street"),
+        ("at", StreetPart("end"), "at the end of Main Street"),
+        ("at", StreetPart("number", number=4400), "at 4400 Main Street"),
+        ("near", StreetPart("block"), "near the block of Main Street"),
+    ],
+)
+def test_parts_are_told_with_their_ground(word, part, told):
+    what = said(replace(relation(word, "MainSt"), part=part))
+    assert relations_in_words(posterior(what), TARGET) == (told,)
 
 
 def test_directions_are_told_by_the_nearest_compass_word():

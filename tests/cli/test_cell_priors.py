@@ -55,5 +55,4 @@ def test_priors_are_listed(capsys):
         "uniform",
         "streets",
         "off-streets",
-        "learnt",
     ]

@@ -56,6 +56,22 @@ def test_parse_shows_the_words_it_read(capsys):
         assert word in out
 
 
+def test_parse_names_the_part_of_a_street_that_is_meant(capsys):
+    text = "The red bike is near the NE corner of West 6th Street and Johnson Court"
+    printed = json.loads(run(capsys, "parse", text, "--map", "cleveland", "--json")[0])
+    parts = [(r["relation"], r["ground"], r.get("part")) for r in printed["relations"]]
+    corner = {"kind": "corner", "bearing_deg": 45, "number": None}
+    assert parts == [
+        ("near", "West6thSt", None),
+        ("near", "JohnsonCourt", None),
+        ("northeast", "West6thSt", corner),
+        ("northeast", "JohnsonCourt", corner),
+    ]
+    assert "part" not in printed["relations"][0]
+    out, _ = run(capsys, "parse", "The red bike is at 9 Johnson Court", "--map", "cleveland")
+    assert "9 JohnsonCourt" in out
+
+
 def test_infer_prints_the_contracts_keys(capsys):
     out, _ = run(capsys, "infer", TEXT, "--map", "cleveland", "--json")
     told = json.loads(out)

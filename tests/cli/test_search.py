@@ -175,11 +175,49 @@ def test_a_stopped_search_leaves_what_was_done(tmp_path, capsys, monkeypatch, st
         (["--sims", "0"], "sims is 0; expected a whole number of at least 1"),
         (["--sims", "-3"], "sims is -3; expected a whole number of at least 1"),
         (["--place", "GreenToyota=900,0"], "outside"),
+        (["--place", "GreenToyota=41.4998N,-81.6995"], "expected OBJECT=x,y in metres"),
+        (["--place", "GreenToyota=@41.4993,-81.6944"], "latitude in [41.49956, 41.50136]"),
+        (["--place", "GreenToyota=@-81.6995,41.4998"], "expected the latitude first"),
+        (["--start", "@41.4998,-81.6995,20"], "expected a multiple of 45 degrees"),
+        (["--start", "@41.4998,-81.6995,east"], "or the point as @LAT,LON"),
+        (["--hearer", "@-81.6995,41.4998"], "expected the latitude first"),
+        (["--area=-81.7,41.4997,-81.698,41.501"], "or the text @-81.7,41.4997,-81.698,41.501"),
+        (["--area=@-81.7,41.4997,-81.698,91"], "is not on earth"),
         (["--range", "0.5"], "sensor_range_cells is 0.5"),
     ],
 )
 def test_mistakes(options, said, capsys):
     assert said in refused(capsys, *SEARCH[:4], *options)
+
+
+DEGREES = {
+    "--place": "GreenToyota=@41.49980532,-81.69951382",
+    "--start": "41.499896N,81.699334W,180",
+}
+
+
+def test_degrees_are_the_metres_that_they_stand_for(capsys):
+    metres = json.loads(run(capsys, *SEARCH, "--json")[0])
+    place, start = "GreenToyota=@41.49980532,-81.69951382", "41.499896N,81.699334W,180"
+    out, err = run(capsys, *SEARCH[:6], "--place", place, "--start", start, "--json")
+    degrees = json.loads(out)
+    assert degrees["poses"] == metres["poses"]
+    assert degrees["observations"] == metres["observations"]
+    assert degrees["places"]["GreenToyota"] == pytest.approx([-37.5, -72.5], abs=0.01)
+    assert "note" not in err
+
+
+def test_metres_that_would_be_degrees_of_the_map_are_questioned(capsys):
+    typed = ["--place", "GreenToyota=41.4998,-81.6995", "--start=-81.6995,41.4998"]
+    out, err = run(capsys, *SEARCH[:6], *typed, "--steps", "1", "--json")
+    assert json.loads(out)["places"] == {"GreenToyota": [41.4998, -81.6995]}
+    assert err.splitlines()[:2] == [
+        (
+            f"note: {written} was read as metres from the map's centre; are these degrees? If so, "
+            "write @41.4998,-81.6995"
+        )
+        for written in ("--place GreenToyota=41.4998,-81.6995", "--start -81.6995,41.4998")
+    ]
 
 
 def test_a_text_and_a_map_are_asked_for(capsys):

@@ -56,7 +56,7 @@ def test_a_denied_phrase_has_the_belief_that_the_page_says(tmp_path):
     spec.loader.exec_module(example)
     asserted, denied = example.main(tmp_path / "a.png").values()
     assert (tmp_path / "a.png").stat().st_size > 10_000
-    assert asserted > 0.9
+    assert asserted > 0.8
     page = (ROOT / "docs" / "models.md").read_text()
     (row,) = re.findall(r'^\| "not near Ivy" \| (.*) \|$', page, re.MULTILINE)
     uniform, plain, scaled = map(float, row.split(" | "))

@@ -77,7 +77,7 @@ def test_the_way_from_descriptions_to_numbers(tmp_path, monkeypatch, capsys):
     for section, numbers in json.loads((tmp_path / "all.json").read_text())["parameters"].items():
         for name, value in numbers.items():
             assert told["parameters"][section][name] == pytest.approx(value, rel=1e-3)
-    assert capsys.readouterr().out.startswith("note: lapse, temper, kappa, absolute and weights of")
+    assert capsys.readouterr().out.startswith("note: lapse, own_lapse, temper, kappa, absolute")
 
 
 def test_the_parameters_of_the_page_are_some():

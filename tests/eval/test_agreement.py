@@ -1,6 +1,7 @@
 """Two annotations of the same texts: agreement counted by hand, and the gold they make."""
 
 import json
+import math
 
 import pytest
 
@@ -8,7 +9,7 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.eval._agreement import Agreement, agreement, merged
 from sloop_ppl.eval._annotation_files import read_annotations, write_annotations
 from sloop_ppl.eval._gold import GoldEntry
-from sloop_ppl.language import Distance
+from sloop_ppl.language import Distance, StreetPart
 
 
 def said(relation, ground="Ivy", **more):
@@ -101,6 +102,7 @@ def test_annotations_are_written_and_read_back(tmp_path):
             "east", "school", also=("Ivy",), optional=True, distance=Distance(20, float("inf"))
         ),
         said("at", status="alternative", either=(0, 1)),
+        said("in", part=StreetPart("corner", math.pi / 4)),
     )
     path = tmp_path / "gold.jsonl"
     write_annotations(path, {"a": entries})

@@ -167,7 +167,10 @@ def test_cells_are_those_of_the_map_that_is_found(read):
         ({"targets": []}, "field 'targets' is a list; expected an object"),
         (
             {"targets": {"RedBike": {"east_m": 1.0}}, "relations": []},
-            "field 'targets.RedBike.north_m' is missing; expected a finite number",
+            (
+                "field 'targets.RedBike.north_m' is missing; expected a finite number, or 'lonlat' "
+                "alone"
+            ),
         ),
         (
             {"targets": {"RedBike": {"east_m": float("nan"), "north_m": 0}}, "relations": []},
@@ -335,7 +338,24 @@ def test_a_line_may_say_where_who_listens_was_and_which_area_is_searched(read):
     ("changes", "fault"),
     [
         ({"hearer": [1, 2]}, "field 'hearer' is a list; expected an object"),
-        ({"hearer": {"east_m": 1}}, "field 'hearer.north_m' is missing; expected a finite number"),
+        (
+            {"hearer": {"east_m": 1}},
+            "field 'hearer.north_m' is missing; expected a finite number, or 'lonlat' alone",
+        ),
+        (
+            {"hearer": {"east_m": -81.6995, "north_m": 41.4998}},
+            (
+                "field 'hearer' has east_m -81.6995 and north_m 41.4998, which are degrees of this "
+                "map; expected metres from its centre, or 'lonlat': [longitude, latitude]"
+            ),
+        ),
+        (
+            {"targets": {"GreenToyota": {"lonlat": [41.4998, -81.6995]}}},
+            (
+                "field 'targets.GreenToyota.lonlat' is [41.4998, -81.6995]; expected longitude, "
+                "then latitude"
+            ),
+        ),
         (
             {"hearer": {"east_m": 1, "north_m": float("inf")}},
             "field 'hearer.north_m' is inf; expected a finite number",
@@ -365,6 +385,18 @@ def test_a_hearer_or_an_area_that_is_none_is_a_fault(read, changes, fault):
     with pytest.raises(InputError) as caught:
         read(line(**changes))
     assert str(caught.value).endswith(fault)
+
+
+def test_degrees_alone_are_a_place(read):
+    alone = {"lonlat": PLACE["lonlat"]}
+    (annotated,) = read(line(targets={"GreenToyota": alone}, hearer=alone))
+    (metres,) = read(line())
+    place, known = annotated.targets["GreenToyota"], metres.targets["GreenToyota"]
+    assert place.cell == known.cell
+    assert (place.x_m, place.y_m) == pytest.approx((known.x_m, known.y_m), abs=0.3)
+    assert annotated.hearer == (place.x_m, place.y_m)
+    (far,) = read(line(hearer={"lonlat": [-81.71, 41.4998]}))  # outside the map
+    assert far.hearer[0] == pytest.approx(-913, abs=2)
 
 
 def test_another_target_is_a_ground(read):

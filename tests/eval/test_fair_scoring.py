@@ -1,6 +1,7 @@
 """Scores of gold with alternatives, each counted by hand."""
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from sloop_ppl.language import (
     Description,
     RelationSpans,
     SpatialRelation,
+    StreetPart,
     Unresolved,
 )
 
@@ -271,6 +273,28 @@ def test_classes_of_grounds_are_told_apart():
     }
     assert score(one).classes["all"]["wrong_among_read"] == 0
     assert "classes" not in score(line(gold("near"))).to_json()
+
+
+def test_parts_are_scored_where_the_gold_gives_them():
+    north, northeast = (StreetPart("side", math.radians(a)) for a in (90, 45))
+    one = line(
+        gold("near", part=north),
+        gold("at", "Rumor", part=StreetPart("number", number=12)),
+        gold("in", "HoytBlock"),
+    )
+    right = said("near", part=StreetPart("side", math.radians(80)))
+    found = score(one, right, said("at", "Rumor"), said("in", "HoytBlock", part=north))
+    assert (found.tuple_f1, found.wholly_right) == (1, 1)  # parts move no other score
+    assert found.parts == {
+        "side": {"n": 1, "read_right": 1},
+        "number": {"n": 1, "read_right": 0},
+        "all": {"n": 2, "read_right": 0.5},
+    }
+    for wrong in (northeast, StreetPart("side"), StreetPart("end", math.pi / 2), None):
+        assert score(one, said("near", part=wrong)).parts["side"]["read_right"] == 0
+    assert score(line(gold("near", part=StreetPart("side"))), right).parts["all"]["read_right"] == 0
+    assert score(one).parts["all"] == {"n": 2, "read_right": 0}
+    assert "parts" not in score(line(gold("near")), right).to_json()
 
 
 def test_confidence_is_judged_relation_by_relation():

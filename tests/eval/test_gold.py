@@ -7,7 +7,7 @@ import pytest
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import read_descriptions
-from sloop_ppl.language import Distance, TargetObject
+from sloop_ppl.language import Distance, StreetPart, TargetObject
 
 PLACE = {"east_m": 2.5, "north_m": 2.5}
 
@@ -48,7 +48,8 @@ def test_what_is_asserted_or_denied_reaches_a_model(read):
         ("near", ("Ivy",), False),
         ("in", ("HoytBlock",), True),
     ]
-    assert all(relation.is_certain for relation in annotated.relations)
+    accepted = [{c.ground for c in slot} for r in annotated.relations for slot in r.candidates]
+    assert accepted == [{"Ivy", "Rumor"}]
     near, asked, _, denied, school = annotated.gold
     assert near.accepted == {"Ivy", "Rumor"}
     assert near.optional
@@ -180,7 +181,7 @@ def test_words_are_meant_from_the_viewpoint_in_all_of_the_gold(read):
         (
             entry("near"),
             {"hearer": {"east_m": 1}},
-            "hearer.north_m' is missing; expected a finite number",
+            "hearer.north_m' is missing; expected a finite number, or 'lonlat' alone",
         ),
         (
             entry("near"),
@@ -198,3 +199,50 @@ def test_a_fault_says_what_was_found_and_expected(read, tmp_path, entry_, line, 
     with pytest.raises(InputError) as caught:
         read(entry_, **line)
     assert str(caught.value) == f"{tmp_path / 'said.jsonl'}:1: field '{fault}"
+
+
+def test_an_entry_may_name_a_part_of_its_ground(read):
+    side = {"kind": "side", "bearing_deg": 90}
+    corner = {"kind": "corner", "bearing_deg": -135}
+    annotated = read(
+        entry("on", "JohnsonCourt", part=side),
+        entry("at", "JohnsonCourt", group=1, part=corner),
+        entry("at", "West6thSt", group=1),
+        entry("near", "WestLakesideAvenue", part={"kind": "number", "number": 12}),
+        entry("near"),
+    )
+    south_west = StreetPart("corner", math.radians(-135))
+    assert [(r.grounds, r.part) for r in annotated.relations] == [
+        (("JohnsonCourt",), StreetPart("side", math.pi / 2)),
+        (("JohnsonCourt", "West6thSt"), south_west),
+        (("WestLakesideAvenue",), StreetPart("number", number=12)),
+        (("Ivy",), None),
+    ]
+    assert annotated.gold[1].part == south_west
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        ({"kind": "middle"}, r"relations\[0\]\.part' cannot be: Part 'middle' of a street is none"),
+        (
+            {"kind": "number"},
+            r"relations\[0\]\.part' cannot be: The number of part 'number' is None",
+        ),
+        ({"bearing_deg": 90}, r"relations\[0\]\.part"),
+        ({"kind": "side", "bearing_deg": "north"}, r"relations\[0\]\.part\.bearing_deg"),
+        ("side", r"relations\[0\]\.part"),
+    ],
+)
+def test_a_part_that_cannot_be_is_refused(read, part, message):
+    with pytest.raises(InputError, match=message):
+        read(entry("on", "JohnsonCourt", part=part))
+
+
+def test_a_group_has_one_part(read):
+    corner, end = {"kind": "corner"}, {"kind": "end"}
+    with pytest.raises(InputError, match=r"relations\[1\]\.part' is not that of 'RedBike at'"):
+        read(
+            entry("at", "JohnsonCourt", group=1, part=corner),
+            entry("at", "West6thSt", group=1, part=end),
+        )

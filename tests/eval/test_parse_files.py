@@ -111,8 +111,9 @@ def test_maps_of_a_folder(path, tmp_path):
     shutil.copy(str(bundled), tmp_path / "cleveland.geojson")
     assert [m.name for m in all_maps(tmp_path)] == ["cleveland"]
     assert score_files([path], maps=tmp_path).n == 2
-    with pytest.raises(UnknownName, match=r"Map 'denver' is unknown; expected one of cleveland"):
-        map_finder(tmp_path)("denver")
+    assert map_finder(tmp_path)("denver").name == "denver"
+    with pytest.raises(UnknownName, match=r"Map 'atlantis' is unknown; expected one of cleveland"):
+        map_finder(tmp_path)("atlantis")
 
 
 @pytest.mark.parametrize(

@@ -219,7 +219,9 @@ def test_every_number_of_bayes_is_learnt_from_denials_too():
 class OpenStudent:
     """A likelihood of a user's: no closed form, so its frames are summed by quadrature."""
 
-    parameters: ClassVar = StudentVonMisesLikelihood.parameters[6:7]
+    parameters: ClassVar = tuple(
+        p for p in StudentVonMisesLikelihood.parameters if p.name == "directed_m"
+    )
     directed_m: float = 20.0
 
     def log_g(self, term, direction_rad):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray
 from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Importance, Posterior, infer_description
 from sloop_ppl.inference.prior import log_priors
+from sloop_ppl.language import StreetPart
 from sloop_ppl.maps import load_map
 from sloop_ppl.models import LIKELIHOODS, GaussianLikelihood, preset
 from sloop_ppl.models.cell_priors import cell_prior
@@ -90,6 +92,18 @@ def test_an_engine_is_read_with_its_options(tmp_path):
     np.testing.assert_array_equal(one.belief(TARGET), other.belief(TARGET))
 
 
+def test_parts_of_streets_are_read_as_they_were(tmp_path):
+    parts = (StreetPart("side", math.pi / 2), StreetPart("number", number=12), None)
+    streets = ("JohnsonCourt", "West6thSt", "WestLakesideAvenue")
+    relations = [
+        replace(relation("on", street), part=part)
+        for street, part in zip(streets, parts, strict=True)
+    ]
+    infer_description(said(*relations), CITY, TUNED)[0].save(tmp_path / "p.nc")
+    (factor,) = Posterior.load(tmp_path / "p.nc").factors
+    assert tuple(r.part for r in factor.descriptions[0].relations) == parts
+
+
 def test_a_model_that_was_told_the_truth_is_read_too(tmp_path):
     before, _ = infer_description(SAID, CITY, "informed", truth={TARGET: (10.0, -20.0)})
     before.save(tmp_path / "p.nc")
@@ -106,7 +120,18 @@ def test_a_model_that_was_told_the_truth_is_read_too(tmp_path):
             "of StudentVonMisesLikelihood 'width' is unknown; expected one of contact_m",
         ),
         (in_parts(lambda parts: parts.update(lapses=0.1)), "did you mean 'lapse'?"),
-        (in_parts(lambda parts: parts["components"][0].update(weight="x")), "cannot be read"),
+        (
+            in_parts(lambda parts: parts["components"][0].update(weight="x")),
+            "A model's field 'components[0].weight' is 'x'; expected a number",
+        ),
+        (
+            in_parts(lambda parts: parts.update(joint_grounds=1)),
+            "A model's field 'joint_grounds' is 1; expected true or false",
+        ),
+        (in_parts(lambda parts: parts.update(likelihood=[])), "'likelihood' is a list; expected"),
+        (lambda data: data.attrs.update(descriptions=3), "field 'descriptions' is 3"),
+        (lambda data: data.attrs.update(truths="[]"), "0 lists of true places for 1 utterances"),
+        (lambda data: data.attrs.update(truths='[{"a": 1}]'), "Expected `array"),
         (in_parts(lambda parts: parts["components"].pop()), "4 components; its model has 3"),
         (lambda data: data.attrs.pop("model_parts"), "lacks 'model_parts'; infer it again"),
         (lambda data: data.attrs.update(model_parts="{"), "cannot be read"),

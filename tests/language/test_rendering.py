@@ -26,6 +26,11 @@ def test_terminal_text_is_the_text():
     assert len(text.spans) == 4
 
 
+def test_page_names_the_part_of_a_street():
+    page = html_page(parse("The red bike is on the north side of West Lakeside Avenue", CITY))
+    assert "<td>north</td><td>north side of WestLakesideAvenue</td>" in page
+
+
 @pytest.mark.parametrize("text", [TEXT, "", "<script>alert(1)</script> \ud800 the red bike"])
 def test_page_escapes_the_text(text):
     page = html_page(parse(text, CITY))

@@ -11,8 +11,8 @@ from sloop_ppl.maps import Grid, load_map, search_area
 
 GRID = Grid.square(10, cell_m=5.0)  # 5 x 5 cells, columns from -10 on, centres from -7.5
 WANTED = (
-    "expected W,S,E,N in metres, a polygon, or GeoJSON of one (a dict, or the path of a .geojson "
-    "file)"
+    "expected W,S,E,N in metres, @W,S,E,N in degrees, a polygon, or GeoJSON of one (a dict, or the "
+    "path of a .geojson file)"
 )
 
 
@@ -92,7 +92,7 @@ def test_the_prior_is_normalised_in_the_area():
             (5, 0, -5, 9),
             (
                 "The area (5, 0, -5, 9) is empty or in another order; expected west, south, east, "
-                "north in metres with west < east and south < north"
+                "north with west < east and south < north"
             ),
         ),
         ((0, 0, 0, 9), "is empty or in another order"),
@@ -124,7 +124,7 @@ def test_the_prior_is_normalised_in_the_area():
         ({"type": "Polygon", "coordinates": [[["a", 0], [1, 1], [2, 0]]]}, "no GeoJSON"),
         (
             "none.geojson",
-            f"Area 'none.geojson' cannot be read (No such file or directory); {WANTED}",
+            f"Area 'none.geojson' cannot be read: No such file or directory; {WANTED}",
         ),
     ],
 )

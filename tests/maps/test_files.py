@@ -72,11 +72,12 @@ def test_paths_are_checked_before_the_work(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"\xff\xfe\x00", "is not UTF-8 text: invalid start byte"),
+        (b"\xff\xfe\x00", "no text in UTF-8 (byte 1)"),
         (b"", "is not JSON: Expecting value"),
         (b"[" * 100_000, "is not JSON: "),
         (b"[1, 2]", "field 'type' is None"),
         (b"1" * 5000, "is not JSON: "),
+        (b'{"name": "\\ud800"}', "half a character"),
     ],
 )
 def test_files_that_are_no_maps(tmp_path, content, message):

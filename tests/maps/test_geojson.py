@@ -183,7 +183,7 @@ def test_a_fault_names_its_feature_and_field_in_one_line(data, feature, field):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\xff\xfe\x00", "is not UTF-8 text"),
+        (b"\xff\xfe\x00", "no text in UTF-8"),
         (b"", "is not JSON"),
         (b"{", "is not JSON"),
         (b"[" * 100_000, "is not JSON"),

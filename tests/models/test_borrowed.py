@@ -21,11 +21,12 @@ from sloop_ppl.models.tuning import with_parameters
 from sloop_ppl.models.user import load_model
 from tests.support.example_lines import write_examples
 
-ALL = ("lapse", "temper", "kappa", "absolute", "weights")
+ALL = ("lapse", "own_lapse", "temper", "kappa", "absolute", "weights")
 MINE = "def fading(term, direction_rad):\n    return -term.off_m / 20\n"
 SET = """
 [model]
 lapse = 0.05
+own_lapse = 0.05
 temper = 0.2
 [frames]
 kappa = 5.0
@@ -58,7 +59,9 @@ def test_an_exchanged_likelihood_is_told_until_its_numbers_are_set(mine):
         preset(replace(preset("bayes"), likelihood=LIKELIHOODS["gaussian-clipped"])),
     ):
         assert borrowed(model) == ALL
-        some = with_parameters(model, {"model": {"lapse": 0.3}, "weights": {"product": 0.5}})
+        some = with_parameters(
+            model, {"model": {"lapse": 0.3, "own_lapse": 0.3}, "weights": {"product": 0.5}}
+        )
         assert borrowed(some) == ("temper", "kappa", "absolute")
         assert fitting_note(some).startswith("note: temper, kappa and absolute of ")
         last = with_parameters(some, {"model": {"temper": 0.0}, "frames": {"kappa": 2.0}})

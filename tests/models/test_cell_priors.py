@@ -10,7 +10,6 @@ import xarray
 
 import sloop_ppl as sloop
 from sloop_ppl.errors import InputError, OutputError, OutsideMap, UnknownName
-from sloop_ppl.eval import bundled_examples
 from sloop_ppl.inference import infer_description, log_priors
 from sloop_ppl.models import CELL_PRIORS, LearntCells, cell_prior, learn_cells
 from sloop_ppl.models.cell_priors import FEATURES, CellsOfKinds, cell_features
@@ -61,8 +60,8 @@ def test_an_unknown_name_lists_what_there_is():
     with pytest.raises(UnknownName) as raised:
         cell_prior("street")
     assert str(raised.value) == (
-        "Prior over cells 'street' is unknown; expected one of uniform, streets, off-streets, "
-        "learnt; did you mean 'streets'?, or the path of a .nc or .json file"
+        "Prior over cells 'street' is unknown; expected one of uniform, streets, "
+        "off-streets; did you mean 'streets'?, or the path of a .nc or .json file"
     )
 
 
@@ -137,18 +136,6 @@ def test_it_learns_what_places_are_drawn_from():
     places = [(CITY, CITY.grid.centre_of(*divmod(int(c), 11))) for c in cells]
     learnt = learn_cells(places)(CITY, TARGET)
     assert (learnt / learnt.sum())[STREET].sum() == pytest.approx(0.95, abs=0.015)
-
-
-def test_the_registered_one_is_learnt_from_the_bundled_examples():
-    cities = {annotated.map: sloop.load_map(annotated.map) for annotated in bundled_examples()}
-    places = [
-        (cities[annotated.map], (place.x_m, place.y_m))
-        for annotated in bundled_examples()
-        for place in annotated.targets.values()
-    ]
-    registered, learnt = CELL_PRIORS["learnt"], learn_cells(places)
-    assert registered.counts == learnt.counts
-    assert registered.shares == pytest.approx(learnt.shares, abs=1e-4)
 
 
 def test_learnt_is_kept_in_a_file(tmp_path):

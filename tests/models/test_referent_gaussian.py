@@ -116,6 +116,5 @@ def test_the_shipped_numbers_are_those_of_a_fit():
         for p in parameters_of(REFERENT_GAUSSIAN.likelihood)
         if getattr(REFERENT_GAUSSIAN.likelihood, p.name) != p.prior_median
     }
-    # "Across" is said nowhere in the descriptions, so its prior stays.
-    assert {p.name for p in parameters_of(KERNEL)} - moved == {"across_m"}
+    assert {p.name for p in parameters_of(KERNEL)} == moved
     assert 0 < REFERENT_GAUSSIAN.lapse < 0.1

@@ -70,3 +70,12 @@ def test_ci_can_be_run():
     assert [line for line in lines if line.startswith("make ")] == [
         "make venv", "make check", "make demo", "make test-web", "make test",
     ]  # fmt: skip
+
+
+def test_the_lock_is_installed_between_torch_and_ours_where_one_is_named():
+    commands = planned("venv", "LOCK=requirements.lock")
+    torch = position(commands, "pip install", "torch==2.13.0")
+    lock = position(commands, "--require-hashes", "--no-deps", "requirements.lock")
+    assert torch < lock < position(commands, "pip install", "--editable", ".[dev]")
+    assert not [c for c in planned("venv") if "--require-hashes" in c]
+    assert "export LOCK=requirements.lock" in (ROOT / ".ci" / "run").read_text()

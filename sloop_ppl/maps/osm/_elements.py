@@ -175,7 +175,7 @@ def _take(found: Elements, element: Mapping[str, Any]) -> None:
     if sort not in _LETTER:  # "count", "timeline", areas of Overpass's own
         return
     number = _id(element["id"])
-    tags = {str(k): _text(v) for k, v in (element.get("tags") or {}).items()}
+    tags = {_text(k): _text(v) for k, v in (element.get("tags") or {}).items()}
     if sort == "node":
         place = _place(element) if "lat" in element else None
         if place is not None:
@@ -204,7 +204,12 @@ def _id(value: Any) -> int:
 def _text(value: Any) -> str:
     if not isinstance(value, str | int | float):
         raise ValueError(f"value {value!r:.40}")  # noqa: TRY004
-    return str(value)
+    text = str(value)
+    # libosmium keeps texts up to a NUL, and would read beyond its memory for what follows.
+    if "\0" in text:
+        raise ValueError(f"value {text!r:.40}")
+    text.encode()  # half a character is a UnicodeEncodeError, which is a ValueError
+    return text
 
 
 def _place(value: Mapping[str, Any] | None) -> Place | None:

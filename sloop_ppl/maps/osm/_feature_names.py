@@ -6,8 +6,9 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
+from sloop_ppl.maps._scripts import has_latin
 from sloop_ppl.maps._symbols import folded
-from sloop_ppl.maps.osm._romanise import has_latin, romanised
+from sloop_ppl.maps.osm._romanise import romanised
 
 __all__ = ["address", "aliases", "local_languages", "name_of"]
 

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import unicodedata
-from functools import lru_cache
+from sloop_ppl.maps._scripts import is_latin
 
-__all__ = ["has_latin", "romanised"]
-
-
-def has_latin(text: str) -> bool:
-    """Tell whether a text has letters of the Latin script and of no other."""
-    scripts = {_is_latin(c) for c in text if c.isalpha()}
-    return scripts == {True}
+__all__ = ["romanised"]
 
 
 def romanised(name: str) -> str | None:
@@ -30,16 +23,9 @@ def romanised(name: str) -> str | None:
     >>> romanised("\u0421\u0438\u043d\u0438\u0439 \u0434\u043e\u043c"), romanised("Root")
     ('Siniy dom', None)
     """
-    if all(_is_latin(c) for c in name if c.isalpha()):
+    if all(is_latin(c) for c in name if c.isalpha()):
         return None
     from anyascii import anyascii
 
     spelt = " ".join(anyascii(name).split())
     return spelt if any(c.isalpha() for c in spelt) else None
-
-
-@lru_cache(maxsize=1 << 12)
-def _is_latin(letter: str) -> bool:
-    # Fullwidth letters and the ordinal signs are Latin, too.
-    letter_name = unicodedata.name(letter, "")
-    return "LATIN" in letter_name or letter in "\u00aa\u00ba\u00b5"

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sloop_ppl.errors import InputError
+from sloop_ppl.maps._given_point import read_lat_lon
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.osm._window import Bounds, crossing
 
@@ -139,7 +140,7 @@ def beyond_m(grid: Grid, known: Bounds, share: float = 0.0) -> dict[str, float]:
 
 
 def read_degrees(text: str, expected: str) -> tuple[float, ...]:
-    """Read numbers parted by commas, as many as are expected.
+    """Read numbers parted by commas, as many as are expected, or a point as 60.17N,24.94E.
 
     Raises
     ------
@@ -151,6 +152,9 @@ def read_degrees(text: str, expected: str) -> tuple[float, ...]:
     >>> read_degrees("60.17,24.94", "LAT,LON")
     (60.17, 24.94)
     """
+    marked = read_lat_lon(text) if expected == "LAT,LON" else None
+    if marked is not None:
+        return marked
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:

@@ -1,5 +1,6 @@
 """Whatever is done to an OpenStreetMap file, it imports or is refused in one line."""
 
+import json
 import random
 import re
 
@@ -104,6 +105,17 @@ def test_a_coordinate_that_is_empty_names_its_node(tmp_path):
     osm.ways.append('<way id="99"><nd ref="5"/><nd ref="1000"/><tag k="highway" v="path"/></way>')
     error = refused(tmp_path / "a.osm", osm.text())
     assert (error.feature, error.field) == ("node/5", "lat")
+
+
+@pytest.mark.parametrize("tags", [{"shop": "a\0"}, {"shop\0": "a"}, {"shop": "\ud800"}])
+def test_texts_that_libosmium_cannot_hold_are_named(tmp_path, tags):
+    nodes = [{"type": "node", "id": i, "lat": 41.5, "lon": -81.7, "tags": tags} for i in (1, 2)]
+    error = refused(tmp_path / "a.json", json.dumps({"elements": nodes}))
+    assert "element 0 is not as Overpass writes it" in str(error)
+    member = {"type": "node", "ref": 1, "role": next(iter(tags.values())) + next(iter(tags))}
+    relation = {"type": "relation", "id": 1, "members": [member]}
+    error = refused(tmp_path / "a.json", json.dumps({"elements": [relation]}))
+    assert "element 0 is not as Overpass writes it" in str(error)
 
 
 def test_ways_without_any_of_their_nodes_are_left_out(tmp_path):
