@@ -224,12 +224,13 @@ def meant(question: Question, annotated: AnnotatedDescription, cell: tuple[int, 
 
 def _claimed(question: Question) -> set[tuple[str, str, bool]] | None:
     """Return what a question of the kind reading claims."""
-    from sloop_ppl.bridge.relation_text import relation_in_words
+    from sloop_ppl.bridge.relation_text import names_of, relation_in_words
 
+    names = names_of(question.posterior)
     for description in question.posterior.descriptions:
         for reading in description.all_readings():
             for r in reading.relations:
-                if relation_in_words(r, question.posterior.city) in question.text:
+                if relation_in_words(r, names) in question.text:
                     return {(r.relation, g, r.negated) for g in r.grounds}
     return None
 
@@ -370,13 +371,13 @@ class RecordedAnswerer:
 
     def answer(self, question: Question) -> str | AnswerFactor:
         """Return what was recorded of the landmark that is asked about."""
-        from sloop_ppl.bridge.relation_text import relation_in_words
+        from sloop_ppl.bridge.relation_text import names_of, relation_in_words
         from sloop_ppl.inference import AnswerFactor
 
         known = [self.topics[m] for m in question.landmarks if m in self.topics]
         if not known:
             return DONT_KNOW
-        words = relation_in_words(known[0], question.posterior.city)
+        words = relation_in_words(known[0], names_of(question.posterior))
         recorded = replace(
             self.description,
             text=words,

@@ -209,12 +209,15 @@ def _chooser(
             return int(rng.integers(len(candidates))) if len(candidates) else None
 
         return any_of
+    from sloop_ppl.bridge.relation_text import names_of
+
+    names = names_of(posterior)
     grounds: Sequence[str] = [g for r in posterior.relations(target) for g in r.grounds]
 
     def side(candidates: CandidateQuestions, belief: NDArray[np.float64]) -> int | None:
         del belief
         for ground in grounds:
-            start = f"On which side of {posterior.city.landmark(ground).label} " if (
+            start = f"On which side of {names.of(ground)} " if (
                 ground in posterior.city) else None  # fmt: skip
             for k, text in enumerate(candidates.texts()):
                 if start is not None and text.startswith(start):

@@ -158,8 +158,9 @@ def select_model(
         found = [log_scores(examples[m], without(candidate, m, *left_out)) for m in scored]
         return float(np.mean(np.concatenate([scores.numpy() for scores in found])))
 
-    def by_map(model_of: Callable[[str], ObservationModel]) -> dict[str, ObservationModel]:
-        return {one.map: model_of(one.city) for one in descriptions if one.city in maps}
+    def by_map(candidate_of: Mapping[str, str]) -> dict[str, ObservationModel]:
+        known = (one for one in descriptions if one.city in maps)
+        return {one.map: without(candidate_of[one.city], one.city) for one in known}
 
     inner: dict[str, dict[str, float]] = {}
     if len(candidates) > 1:
@@ -171,8 +172,8 @@ def select_model(
     outer = {c: mean_score(c, maps) for c in candidates}
     winner = _best(outer)
     scored: dict[str, ObservationModel | Mapping[str, ObservationModel]] = {
-        NESTED: by_map(lambda name: without(chosen[name], name)),
-        **{c: by_map(lambda name, c=c: without(c, name)) for c in candidates},
+        NESTED: by_map(chosen),
+        **{c: by_map(dict.fromkeys(maps, c)) for c in candidates},
         **(references or {}),
     }
     fitted = fitted_to(winner, maps, intervals=True)

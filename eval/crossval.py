@@ -92,7 +92,7 @@ def refits(
             "one can be left out"
         )
     start = unfitted(model)
-    found = {}
+    found: dict[str, Fitted] = {}
     for left_out, own in maps.items():
         rest = examples_of(
             [annotated for annotated in descriptions if annotated.city != left_out], find_map

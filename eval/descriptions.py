@@ -374,7 +374,7 @@ def _with_cities(
         near = [g for g in groups if any(_is_near(centres[name], centres[other]) for other in g)]
         groups = [g for g in groups if g not in near]
         groups.append([*(other for g in near for other in g), name])
-    cities = {}
+    cities: dict[str, str] = {}
     for group in groups:
         files = set().union(*(sources[name] for name in group))
         city = group[0] if len(group) == 1 or len(files) > 1 else next(iter(files))

@@ -60,7 +60,7 @@ _DIGESTED = (
 )
 
 
-_OPTIONAL_TEXTS = ("tables_digest", "area_wkt")
+_OPTIONAL_TEXTS = ("tables_digest", "area_wkt", "answers")
 _Places = tuple[tuple[float, float], ...]
 
 
@@ -399,7 +399,7 @@ class _AnswerRecord(msgspec.Struct, frozen=True):
     supports: list[int | list[Any]]
     likelihood: Any
     meant: Any
-    text: Text
+    text: str  # empty for an answer about a cell
     description: Description | None
 
 
@@ -415,7 +415,7 @@ def _answers(written: str) -> tuple[AnswerFactor, ...]:
             text=record.text,
             description=record.description,
         )
-        for record in checked(parse_json(written), list[_AnswerRecord])
+        for record in checked(_bounded(parse_json(written)), list[_AnswerRecord])
     )
 
 

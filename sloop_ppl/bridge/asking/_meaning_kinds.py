@@ -140,13 +140,8 @@ def readings(scene: Scene) -> Iterator[Proposal]:
 
 def _same(one: SpatialRelation, other: SpatialRelation) -> bool:
     """Tell whether two readings make one claim, wherever in the text it was read."""
-    return (one.figure, one.relation, one.grounds, one.negated, one.distance) == (
-        other.figure,
-        other.relation,
-        other.grounds,
-        other.negated,
-        other.distance,
-    )
+    fields = ("figure", "relation", "grounds", "negated", "distance", "part")
+    return all(getattr(one, name) == getattr(other, name) for name in fields)
 
 
 def _claim(scene: Scene, relation: SpatialRelation) -> str:
