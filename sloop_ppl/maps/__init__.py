@@ -1,6 +1,8 @@
 """Maps: grids, landmarks, city maps, OpenStreetMap, and reading and writing them."""
 
-from sloop_ppl.maps.area import SearchArea, search_area
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from sloop_ppl.maps.blocks import Block
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.crossings import Arm, Crossing
@@ -13,10 +15,8 @@ from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.house_numbers import HouseNumbers, house_numbers
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
 from sloop_ppl.maps.rasterise import touched_cells
-from sloop_ppl.maps.schema import map_schema
 from sloop_ppl.maps.street_axes import StreetAxis
 from sloop_ppl.maps.street_network import StreetEnd, StreetNetwork, Stretch, street_network
-from sloop_ppl.maps.street_places import across_street, blocks_of, same_block, street_side
 from sloop_ppl.maps.street_tables import (
     EdgeTables,
     StreetTables,
@@ -26,6 +26,22 @@ from sloop_ppl.maps.street_tables import (
     street_tables,
 )
 from sloop_ppl.maps.summary import summary
+
+if TYPE_CHECKING:
+    from sloop_ppl.maps.area import SearchArea, search_area
+    from sloop_ppl.maps.schema import map_schema
+    from sloop_ppl.maps.street_places import across_street, blocks_of, same_block, street_side
+
+# No name of a module here: importing the module would put it in the place of the function.
+_LAZY = {
+    "SearchArea": "area",
+    "across_street": "street_places",
+    "blocks_of": "street_places",
+    "map_schema": "schema",
+    "same_block": "street_places",
+    "search_area": "area",
+    "street_side": "street_places",
+}
 
 __all__ = [
     "KINDS",
@@ -71,3 +87,14 @@ __all__ = [
     "touched_cells",
     "write_map",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what few commands need when it is first asked for."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
