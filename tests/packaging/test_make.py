@@ -68,7 +68,8 @@ def test_ci_can_be_run():
     lines = script.read_text().splitlines()
     assert "set -euo pipefail" in lines
     assert [line for line in lines if line.startswith("make ")] == [
-        "make venv", "make check", "make demo", "make test-web", "make test",
+        "make venv", "make check", "make demo",
+        'make test PYTEST_OPTIONS="-n auto --dist loadgroup --ignore=tests/web"',
     ]  # fmt: skip
 
 
