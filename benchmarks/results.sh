@@ -50,3 +50,8 @@ cv+=(--annotations $notes/meeting_points_dev.jsonl)
 "$sloop" eval report "$runs/points" --maps "$5" \
   --quality "$runs/quality_points.json" --docs docs/results_meeting_points.md
 "$sloop" eval report "$runs/points_best" --maps "$5"
+{
+  echo
+  sed 's/^# Results$/# Meeting points/; s/^#/##/' docs/results_meeting_points.md
+} >>docs/results.md
+rm docs/results_meeting_points.md

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 
 from sloop_ppl.bridge.asking import AnswererModel
 from sloop_ppl.bridge.asking.question import DONT_KNOW
@@ -49,9 +50,10 @@ class AskingSettings:
     answerer
         One of `ANSWERERS`.
     error
-        How often answers are wrong for no reason, in [0, 1).
+        How often answers are wrong for no reason, in [0, 1); when None 0.1 of a, and 0 of b, whose
+        errors are those of its geometry.
     believed_error
-        How often the program takes them to be; as often as they are when None.
+        How often the program takes them to be; when None as often as `error` says, 0.1 without it.
     guess, believed_guess
         The same of answers that are guessed.
     rho
@@ -70,7 +72,7 @@ class AskingSettings:
     """
 
     answerer: str = "a"
-    error: float = 0.1
+    error: float | None = None
     believed_error: float | None = None
     guess: float = 0.0
     believed_guess: float | None = None
@@ -85,13 +87,19 @@ class AskingSettings:
             raise UnknownName("way to choose questions", self.choice, CHOICES)
         if not 0 <= self.rho <= 1:
             raise InputError(f"rho is {self.rho}; expected a share in [0, 1]")
-        AnswererModel(error=self.error, guess=self.guess)
+        AnswererModel(error=self.slips, guess=self.guess)
         _ = self.person
+
+    @property
+    def slips(self) -> float:
+        """How often answers are wrong for no reason."""
+        return (0.1 if self.answerer == "a" else 0.0) if self.error is None else self.error
 
     @property
     def person(self) -> AnswererModel:
         """How the program believes the person to answer."""
-        error = self.error if self.believed_error is None else self.believed_error
+        given = (e for e in (self.believed_error, self.error, AnswererModel.error) if e is not None)
+        error = next(given)
         guess = self.guess if self.believed_guess is None else self.believed_guess
         if self.answerer == "a":
             return AnswererModel.exact(error, guess)
@@ -285,7 +293,9 @@ class PersonAnswerer:
         return question.options[true]
 
     def _choice(self, question: Question) -> int:
-        if question.kind in ("nearer", "street"):
+        if question.kind == "street":
+            return self._street(question)
+        if question.kind == "nearer":
             apart = [self._seen(m)[0] for m in question.landmarks]
             return int(np.argmin(apart))
         (landmark,) = question.landmarks
@@ -294,16 +304,25 @@ class PersonAnswerer:
             low, high = sorted({float(n) for n in re.findall(r"\d+", " ".join(question.options))})
             return int(distance > low) + int(distance > high)
         if question.kind == "inside":
-            west, south, east, north = self._city.footprint(landmark).bounds
-            x, y = self._place
-            return 0 if west <= x <= east and south <= y <= north else 1
+            return 0 if self._city.footprint(landmark).covers(shapely.Point(self._place)) else 1
         quarter = round(direction / (math.pi / 2)) % 4
         return (1, 0, 3, 2)[quarter]
 
+    def _street(self, question: Question) -> int:
+        """Return the street that is seen as nearest, of all parts of all streets with a name."""
+        streets = [m for m in self._city.of_kind("street", "pedestrian") if m.name]
+        nearest = min(streets, key=lambda m: self._seen(m.id)[0])
+        labels = [self._city.landmark(m).name for m in question.landmarks]
+        if nearest.name in labels:
+            return labels.index(nearest.name)
+        # Where no other is offered, the nearest of those that are.
+        if len(question.options) > len(labels):
+            return len(labels)
+        among = [m for m in streets if m.name in labels]
+        return labels.index(min(among, key=lambda m: self._seen(m.id)[0]).name)
+
     def _seen(self, landmark: str) -> tuple[float, float]:
         """Return distance and direction of the target from a landmark, as the person sees them."""
-        import shapely
-
         rng = child(self._rng, "sees", landmark)
         turn, share = rng.normal(0.0, 1.0, 2)
         shape, (x, y) = self._city.footprint(landmark), self._place

@@ -156,12 +156,12 @@ class AskingTrials:
         landmarks = None
         if asking.answerer == "a":
             answerer = OracleAnswerer(
-                self.annotated, target, place.cell, error=asking.error, guess=asking.guess, rng=rng
+                self.annotated, target, place.cell, error=asking.slips, guess=asking.guess, rng=rng
             )
         elif asking.answerer == "b":
             answerer = PersonAnswerer(
                 self.annotated, target, self._person_place(target, rng), self.city,
-                error=asking.error, rng=rng,
+                error=asking.slips, rng=rng,
             )  # fmt: skip
         else:
             answerer = RecordedAnswerer(self.recorded[target], self.description)

@@ -227,10 +227,16 @@ def search(
             help="a: oracle geometry; b: another one, lasting errors; c: what was recorded."
         ),
     ] = "a",
-    answer_error: Annotated[float, typer.Option(help="How often answers are wrong.")] = 0.1,
+    answer_error: Annotated[
+        float | None,
+        typer.Option(help="How often answers are wrong; 0.1 of a, 0 of b.", show_default=False),
+    ] = None,
     believed_error: Annotated[
         float | None,
-        typer.Option(help="How often they are taken to be; else as they are.", show_default=False),
+        typer.Option(
+            help="How often they are taken to be; else as --answer-error says, or 0.1.",
+            show_default=False,
+        ),
     ] = None,
     guess: Annotated[float, typer.Option(help="Share of the answers that are guessed.")] = 0.0,
     believed_guess: Annotated[

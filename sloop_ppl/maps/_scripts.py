@@ -10,6 +10,8 @@ __all__ = ["has_latin", "is_latin"]
 
 def has_latin(text: str) -> bool:
     """Tell whether a text has letters of the Latin script and of no other."""
+    if text.isascii():
+        return any(map(str.isalpha, text))
     scripts = {is_latin(c) for c in text if c.isalpha()}
     return scripts == {True}
 

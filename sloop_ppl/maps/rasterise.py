@@ -15,6 +15,8 @@ __all__ = ["touched_cells"]
 
 # Sides of blocks in cells; each is split into 4 x 4 of the next.
 _BLOCKS = (64, 16, 4, 1)
+# So many cells are tested one by one sooner than by blocks.
+_FEW_CELLS = 256
 # Blocks are tested a little larger than they are, so that rounding loses no cell on their border.
 _SLACK_M = 1e-6
 
@@ -58,6 +60,8 @@ def _mark_touched(cells: NDArray[np.bool_], grid: Grid, geometry: BaseGeometry) 
     if c0 >= c1 or r0 >= r1:
         return
     sizes = [size for size in _BLOCKS if size <= max(c1 - c0, r1 - r0)]
+    if (c1 - c0) * (r1 - r0) <= _FEW_CELLS:
+        sizes = [1]
     half = grid.cell_m / 2
     rows, cols = np.arange(r0, r1, sizes[0]), np.arange(c0, c1, sizes[0])
     row, col = (a.ravel() for a in np.meshgrid(rows, cols, indexing="ij"))

@@ -29,7 +29,7 @@ SHORTLIST = 4
 SHORTLIST_SIMS = 200
 """Simulations under each answer of these."""
 
-FINAL_SIMS = 1000
+FINAL_SIMS = 700
 """Simulations under each answer of the best of them, and without asking: with these, not with
 those it was chosen by, it is decided whether it is asked. The greatest of several estimates is too
 great on average (the winner's curse)."""
@@ -118,6 +118,8 @@ class ReturnEstimator:
             for k in short
         ]
         k = int(short[int(np.argmax(gains))])
+        if len(short) > 1 and max(gains) <= 0.0:
+            return AskValue(k, max(gains), float(bits[k]))  # too great on average, and yet none
         gain = self.gain(belief, questions[k], FINAL_SIMS)
         return AskValue(k, gain, float(bits[k]))
 

@@ -27,10 +27,6 @@ _SAME_M = 10.0
 _LEAST_SHARE = 0.02
 
 
-def _one_hot(labels: NDArray[np.intp], count: int) -> Table:
-    return np.asarray(labels[None, :] == np.arange(count)[:, None], dtype=np.float64)
-
-
 def _places(scene: Scene) -> list[str]:
     """Return the landmarks that are no ways: a long street has sides, but not four."""
     return [m for m in scene.landmarks if scene.city.landmark(m).kind not in PATH_KINDS]
@@ -81,7 +77,8 @@ def inside(scene: Scene) -> Iterator[Proposal]:
             continue
 
         def table(at: Scene, landmark: str = landmark) -> Table:
-            return _one_hot(np.where(at.distance_m(landmark) == 0.0, 0, 1), 2)
+            covered = at.covered(landmark)
+            return np.stack([covered, 1.0 - covered])
 
         yield Proposal(
             f"{scene.subject[:1].upper()}{scene.subject[1:]} inside {scene.label(landmark)} or "
@@ -103,7 +100,7 @@ def streets(scene: Scene) -> Iterator[Proposal]:
         labels.setdefault(scene.label(street), []).append(street)
     if len(labels) < 2:
         return
-    nearest = _nearest(scene, list(labels.values()))
+    nearest = np.argmin(_apart(scene, list(labels.values())), axis=0)
     masses = np.bincount(nearest, weights=scene.belief(), minlength=len(labels)).astype(np.float64)
     mass = masses / max(float(masses.sum()), 1e-300)
     order = [k for k in np.argsort(-mass, kind="stable") if mass[k] >= _LEAST_SHARE]
@@ -115,10 +112,9 @@ def streets(scene: Scene) -> Iterator[Proposal]:
     rest = len(kept) < len(names)
 
     def table(at: Scene) -> Table:
-        found = _nearest(at, groups)
-        place = np.full(len(names), len(kept), dtype=np.intp)
-        place[kept] = np.arange(len(kept))
-        return _one_hot(place[found], len(kept) + rest)
+        found = at.person.nearest(_apart(at, groups))
+        others = [k for k in range(len(names)) if k not in kept]
+        return np.concatenate([found[kept], found[others].sum(0, keepdims=True)][: 1 + rest])
 
     options = tuple(names[k] for k in kept)
     listed = ", ".join(options) if rest else f"{', '.join(options[:-1])} or {options[-1]}"
@@ -136,10 +132,10 @@ def _by_distance(scene: Scene, among: list, x: float, y: float) -> list:  # type
     return sorted(((m, near[1]) for m, near in found if near is not None), key=lambda pair: pair[1])
 
 
-def _nearest(scene: Scene, groups: list[list[str]]) -> NDArray[np.intp]:
-    """Return which group of streets is nearest to each cell, shape (S,)."""
-    apart = [np.min([scene.distance_m(m) for m in group], axis=0) for group in groups]
-    found: NDArray[np.intp] = np.argmin(apart, axis=0)
+def _apart(scene: Scene, groups: list[list[str]]) -> Table:
+    """Return logarithms of metres from each cell to the parts of G streets, shape (G, S)."""
+    metres = np.stack([np.min([scene.distance_m(m) for m in group], axis=0) for group in groups])
+    found: Table = np.log(np.maximum(metres, scene.city.grid.cell_m / 2))
     return found
 
 

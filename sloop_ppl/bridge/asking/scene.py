@@ -132,7 +132,29 @@ class Scene:
         """Return how probably each cell is found nearer to another landmark, shape (S,)."""
         pairs = zip(self._log_distances(landmark), self._log_distances(other), strict=True)
         edge, middle = (one - two for one, two in pairs)
-        return self._mixed(lambda ratio: self.person.farther(ratio, 0.0), edge, middle)
+        # Both distances are seen with an error of their own.
+        return self._mixed(lambda r: self.person.farther(r / math.sqrt(2), 0.0), edge, middle)
+
+    def covered(self, landmark: str) -> Table:
+        """Return how probably something in each cell is inside a landmark, shape (S,).
+
+        A cell that a landmark only touches counts by the share of such cells that it covers; for
+        who sees exactly all cells that it touches are inside.
+        """
+        inside = self.distance_m(landmark) == 0.0
+        if self.person.distance_share == 0.0:
+            return inside.astype(np.float64)
+        key = "covered", landmark
+        if key not in self._kept:
+            cells = self.city.cells(landmark)
+            around = np.pad(cells, 1, mode="edge")
+            core = cells & around[:-2, 1:-1] & around[2:, 1:-1]
+            core &= around[1:-1, :-2] & around[1:-1, 2:]
+            border = cells & ~core
+            area = self.city.footprint(landmark).area / self.city.grid.cell_m**2
+            share = np.clip((area - core.sum()) / max(int(border.sum()), 1), 0.0, 1.0)
+            self._kept[key] = self._own(np.where(border, share, core.astype(np.float64)))
+        return self._kept[key]
 
     def _mixed(self, seen: Callable[[Table], Table], usual: Table, other: Table) -> Table:
         """Average what is seen over the two ways to measure."""
