@@ -29,7 +29,9 @@ def test_the_page_runs_and_says_what_is_so(capsys):
     nats = [float(n) for n in re.search(r"([\d.]+), ([\d.]+), ([\d.]+) nats", out).groups()]
     assert nats == sorted(nats, reverse=True)
     doubts = dict(re.findall(r"^(.+) (0\.\d+)$", out, re.MULTILINE))
-    assert float(doubts["the Cort one"]) > 0.45 > float(doubts["Root-McBride"])
+    # One of two that contradict each other is wrong; what else was said is for the first.
+    cort, root = float(doubts["the Cort one"]), float(doubts["Root-McBride"])
+    assert cort > 0.8 > 0.55 > root
     assert out.count("after 0 steps: ") == 2
     asking, silent = map(int, re.search(r"(-?\d+) with asking, (-?\d+) without", out).groups())
     assert asking > silent
