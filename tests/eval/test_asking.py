@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 from sloop_ppl.bridge.asking import ask
 from sloop_ppl.cli import main
@@ -27,8 +28,9 @@ from sloop_ppl.eval._question_summary import question_summary, question_table
 from sloop_ppl.eval.results import read_results
 from sloop_ppl.eval.trials import Trial, TrialKey
 from sloop_ppl.inference import infer_description
-from sloop_ppl.maps import load_map
+from sloop_ppl.maps import CityMap, Landmark, load_map
 from sloop_ppl.rng import child
+from tests.scenes import relation, said, symmetric_grid
 
 EXAMPLES = bundled_examples()
 LINE = next(line for line in EXAMPLES if any(len(line.about(t)) > 1 for t in line.targets))
@@ -100,6 +102,51 @@ def test_errors_of_a_person_persist_over_the_questions_about_a_landmark():
         for n in range(200)
     ]
     assert abs(np.mean(np.log(np.array(seen) / true))) < 5 * 0.3 / np.sqrt(200)
+
+
+def quiet_person(places, at):
+    """Return a toy map, and a person who stands there, sees exactly and knows all."""
+    where = CityMap("toy", symmetric_grid(21), places)
+    person = PersonAnswerer(LINE, "RedCar", at, where, error=0.0, rng=rng())
+    person.ANGLE_DEG = person.DISTANCE_SHARE = person.MOST_UNKNOWN = 0.0
+    return where, person
+
+
+def test_a_person_is_inside_a_footprint_not_inside_the_box_around_it():
+    corner = shapely.Polygon([(0, 0), (40, 0), (40, 10), (10, 10), (10, 40), (0, 40)])
+    for at, answer in (((5.0, 30.0), "inside"), ((30.0, 30.0), "outside")):
+        where, person = quiet_person((Landmark("L", "building", corner, name="The Bend"),), at)
+        nothing = infer_description(said(relation("near", "L")), where, "uniform")[0]
+        (question,) = ask(nothing, where, 1, kinds=["inside"])
+        assert person.answer(question) == answer
+
+
+def test_a_person_knows_all_parts_of_a_street_and_others():
+    def way(name, at, *ends):
+        return Landmark(at, "street", shapely.LineString(ends), name=name)
+
+    places = (
+        way("Main Street", "MainWest", (-50, 0), (-10, 0)),
+        way("Main Street", "MainEast", (10, 0), (50, 0)),
+        way("High Street", "High", (-50, 40), (50, 40)),
+        way("Low Street", "Low", (-50, -45), (-20, -45)),
+    )
+    prior = np.zeros((21, 21))
+    prior[8:18] = 1 / 210  # next to nothing of it by Low Street
+    for at, answer in (((40.0, 6.0), "Main Street"), ((-40.0, -44.0), "another one")):
+        where, person = quiet_person(places, at)
+        nothing = infer_description(said(relation("near", "High")), where, "uniform", prior=prior)
+        (question,) = ask(nothing[0], where, 1, kinds=["street"])
+        assert set(question.options) == {"Main Street", "High Street", "another one"}
+        assert person.answer(question) == answer
+
+
+def test_slips_are_of_the_oracle_unless_they_are_asked_for():
+    assert [AskingSettings(answerer=kind).slips for kind in "ab"] == [0.1, 0.0]
+    assert AskingSettings(answerer="b").person.error == 0.1
+    slipping = AskingSettings(answerer="b", error=0.3)
+    assert slipping.slips == slipping.person.error == 0.3
+    assert AskingSettings(answerer="b", error=0.3, believed_error=0.2).person.error == 0.2
 
 
 def test_a_speaker_who_is_right_thinks_the_target_where_it_is():

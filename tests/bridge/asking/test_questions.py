@@ -119,6 +119,54 @@ def test_stacked_tables_are_those_of_each_alone():
         AnswerTables([])
 
 
+def test_distances_are_seen_with_an_error_each():
+    seen = AnswererModel(distance_share=0.3)
+    metres = np.array([[20.0, 10.0, 40.0], [20.0, 40.0, 10.0], [1e6, 40.0, 10.0]])
+    p = seen.nearest(np.log(metres))
+    np.testing.assert_allclose(p.sum(0), 1)
+    np.testing.assert_allclose(p[:2, 0], 0.5, atol=1e-6)
+    # Two of them by drawing what is seen: a logit is near a probit of the same spread.
+    rng = np.random.default_rng(0)
+    off = rng.gumbel(scale=0.3 * math.sqrt(6) / math.pi, size=(3, 40_000))
+    drawn = np.argmin(np.log(metres)[:, 1, None] - off, axis=0)
+    np.testing.assert_allclose(p[:, 1], np.bincount(drawn, minlength=3) / 40_000, atol=0.01)
+    exact = AnswererModel.exact().nearest(np.log(metres))
+    np.testing.assert_array_equal(exact, [[1, 1, 0], [0, 0, 1], [0, 0, 0]])
+    scene = CandidateQuestions(uniform(), TARGET).scene
+    second, middle = scene.nearer_to_other("Tower", "Mill"), []
+    errors = rng.normal(scale=0.3, size=(2, 40_000))
+    cell = 21 * 12 + 14
+    for part in (0, 1):
+        one, other = (scene._log_distances(m)[part][cell] for m in ("Tower", "Mill"))
+        middle.append(np.mean(one + errors[0] > other + errors[1]))
+    assert second[cell] == pytest.approx(np.mean(middle), abs=0.01)
+
+
+def test_a_cell_that_a_place_half_covers_is_half_inside():
+    half = Landmark("Half", "building", shapely.box(-12.4, -12.4, 12.4, 10.0), name="Half")
+    where = city(half)
+    covered = CandidateQuestions(uniform(where), TARGET).scene.covered("Half")
+    inside = where.cells("Half")
+    assert not covered.reshape(inside.shape)[~inside].any()
+    assert covered.max() == 1
+    assert 0 < covered[covered > 0].min() < 1
+    assert covered.sum() == pytest.approx(24.8 * 22.4 / 25)
+    exact = CandidateQuestions(uniform(where), TARGET, person=EXACT).scene.covered("Half")
+    np.testing.assert_array_equal(exact.reshape(inside.shape), inside)
+
+
+def test_directions_between_the_tabulated_ones_are_as_good():
+    for sigma in (1.0, 10.0, 90.0):
+        person = AnswererModel(angle_deg=sigma)
+        bearing = np.random.default_rng(0).uniform(-7, 7, 500)
+        off = bearing - np.radians([90.0, 0.0, -90.0, 180.0])[:, None]
+        off = np.abs((off + np.pi) % (2 * np.pi) - np.pi)
+        each = np.array([[math.erfc(-v / math.sqrt(2)) for v in row]
+                         for row in (np.pi / 4 - off) / np.radians(sigma)])  # fmt: skip
+        np.testing.assert_allclose(person.quarters(bearing), each / each.sum(0), atol=2e-5)
+    assert AnswererModel().quarters(np.array([-1e-18, 2 * np.pi])).shape == (4, 2)
+
+
 def test_turning_the_map_turns_the_answers():
     """North of the tower becomes west of it when all is turned by a quarter."""
     post = uniform(prior=np.random.default_rng(2).uniform(0.1, 1, GRID.shape))
