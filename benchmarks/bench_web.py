@@ -182,8 +182,8 @@ def main():
                 f"answers (limit {MANY_S} s), {'equal' if equal else 'NOT EQUAL'} to those alone"
             )
             memory = served.memory_gb()
-            told = "not told by this system" if memory is None else f"{memory:.2f} GB"
-            print(f"memory of the server's processes: {told} (limit {MEMORY_GB} GB)")
+            used = "not reported by this system" if memory is None else f"{memory:.2f} GB"
+            print(f"memory of the server's processes: {used} (limit {MEMORY_GB} GB)")
         finally:
             served.stop()
 

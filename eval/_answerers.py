@@ -146,7 +146,7 @@ def without(description: Description, relations: Sequence[SpatialRelation]) -> D
 def recorded_relations(
     annotated: AnnotatedDescription, others: Sequence[AnnotatedDescription], seed: int
 ) -> dict[str, tuple[SpatialRelation, ...]]:
-    """Return target -> what was said of it beside what the program is told.
+    """Return target -> what was said of it beside what the program is given.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ def speaker_place(
     -------
     tuple of float
         x and y, metres: the true place where what was said holds of it; else the nearest cell of
-        the 90 % region of the published model sloop-m4, told the gold.
+        the 90 % region of the published model sloop-m4, given the gold.
     """
     from sloop_ppl.eval.quality import beliefs_of
     from sloop_ppl.inference import hpd_cells
@@ -373,7 +373,7 @@ class RecordedAnswerer:
     relations
         What was recorded of the target.
     description
-        What the program was told, whose objects and map the answer has.
+        What the program was given, whose objects and map the answer has.
     """
 
     relations: tuple[SpatialRelation, ...]

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,7 +46,7 @@ class AskingTrials:
     annotated
         The description.
     description
-        What the model is told of it, before anything is held back.
+        What the model is given of it, before anything is held back.
     city, model
         The map and the observation model.
     searching
@@ -110,16 +111,8 @@ class AskingTrials:
             on_observation=observe if questioner is not None else None,
         )
         answered = [q for q in episode.questions if q.realised is not None]
-        return Trial(
-            key=key,
-            map=annotated.map,
-            configuration=annotated.configuration,
-            found=episode.found,
-            steps=episode.steps,
-            discounted_reward=episode.discounted_return,
-            reward=math.fsum(episode.rewards),
-            start_m=episode.start[:2],
-            seconds=time.perf_counter() - begun,
+        return replace(
+            Trial.of(key, annotated, episode, time.perf_counter() - begun),
             asked=len(episode.questions),
             gross_reward=episode.gross_discounted_return,
             expected_bits=math.fsum(q.bits for q in answered),

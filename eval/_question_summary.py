@@ -32,7 +32,7 @@ def question_summary(results: Results) -> dict[str, Any]:
         questions on the same targets and starts, costs included, with its interval ``ci95``;
         ``gross``, the same without costs; ``asked``, questions a trial; ``reward`` itself;
         ``expected_bits`` and ``realised_bits`` a question; ``terciles``, the net of the targets
-        with the worst, middle and best log score. With several costs the first is told here, the
+        with the worst, middle and best log score. With several costs the first is here, the
         others under ``costs``. Where the sweep has no search without questions, net and gross are
         the reward itself.
     """

@@ -132,6 +132,23 @@ class Trial:
         }
 
     @classmethod
+    def of(
+        cls, key: TrialKey, annotated: AnnotatedDescription, episode: Episode, seconds: float
+    ) -> Trial:
+        """Return what came of an episode, as if nothing was asked."""
+        return cls(
+            key=key,
+            map=annotated.map,
+            configuration=annotated.configuration,
+            found=episode.found,
+            steps=episode.steps,
+            discounted_reward=episode.discounted_return,
+            reward=math.fsum(episode.rewards),
+            start_m=episode.start[:2],
+            seconds=seconds,
+        )
+
+    @classmethod
     def from_json(cls, record: Mapping[str, Any]) -> Trial:
         """Return the trial that `to_json` told.
 
@@ -290,14 +307,4 @@ def trial_of(
     """Run a trial and return what came of it; arguments as in `run_trial`."""
     begun = time.perf_counter()
     episode = run_trial(key, annotated, city, belief, searching)
-    return Trial(
-        key=key,
-        map=annotated.map,
-        configuration=annotated.configuration,
-        found=episode.found,
-        steps=episode.steps,
-        discounted_reward=episode.discounted_return,
-        reward=math.fsum(episode.rewards),
-        start_m=episode.start[:2],
-        seconds=time.perf_counter() - begun,
-    )
+    return Trial.of(key, annotated, episode, time.perf_counter() - begun)

@@ -251,7 +251,7 @@ class JointPosterior:
 
     def _log_table(self, latents: tuple[str, ...]) -> LogTable:
         if latents not in self._kept:
-            # Latents of one phrase that are asked for, or that an answer told something of.
+            # Latents of one phrase that are asked for, or that an answer informs.
             met = {name for factor in self.factors for name in factor.latents}
             wanted = [n for n in (*latents, *sorted(met)) if n not in self.supports]
             asked = []

@@ -65,7 +65,7 @@ class StudentVonMisesLikelihood:
     uncertainty of a locality grows with its distance). Who describes an object on a map relates
     it to what is beside it; who stands in a street and says where that is takes what can be seen
     from there, in the median 85 m away instead of 5 (`docs/models.md`): hence `own_place`. The
-    size of the map, the space between its places and the extent of the ground told less.
+    size of the map, the space between its places and the extent of the ground explain less.
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -68,7 +68,7 @@ class Reply(NamedTuple):
     text
         The words; None when nobody answered.
     beliefs
-        Target -> belief now, shape (H, W); None when the answer told nothing.
+        Target -> belief now, shape (H, W); None when the answer is uninformative.
     goes_on
         Whether more may be asked.
     note

@@ -49,7 +49,7 @@ def reading_payload(read: Description, city: CityMap) -> dict[str, Any]:
 
 
 def belief_payload(posterior: Posterior) -> dict[str, Any]:
-    """Return the belief over each target with what is drawn and told of it at once."""
+    """Return the belief over each target with what is drawn and said of it at once."""
     return {
         "model": posterior.model.name,
         "targets": [_target(posterior, target) for target in posterior.targets],

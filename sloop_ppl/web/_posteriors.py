@@ -23,7 +23,7 @@ from sloop_ppl.maps import CityMap
 from sloop_ppl.models import cell_prior
 from sloop_ppl.web._state import Evidence, State
 
-__all__ = ["Believed", "Posteriors", "ask", "can_ask", "replace_state"]
+__all__ = ["Believed", "Posteriors", "questions_payload", "replace_state"]
 
 _MISS, _FALSE_ALARM = 0.05, 0.02
 """How often someone who looks at a place overlooks the target there, or takes another for it."""
@@ -100,17 +100,15 @@ class Posteriors:
         return _inferred(state, self._find_map(state.map))
 
 
-def ask(posterior: Posterior) -> list[dict[str, Any]]:
-    """Return the questions worth asking, where this version of the package can ask."""
-    if not can_ask():
-        return []
+def questions_payload(posterior: Posterior) -> list[dict[str, Any]]:
+    """Return the questions worth asking, with their answers."""
     return [
         {
             "text": question.text,
             "bits": question.bits,
-            "answers": [{"text": text, "p": p} for text, p in _answers(question)],
+            "answers": [{"text": text, "p": p} for text, p in question.answers],
         }
-        for question in _questions(posterior, 3)
+        for question in bridge.ask(posterior, posterior.city, n=3)
     ]
 
 
@@ -119,25 +117,10 @@ def replace_state(state: State, **changes: Any) -> State:
     return msgspec.structs.replace(state, **changes)
 
 
-def can_ask() -> bool:
-    """Tell whether this version of the package asks questions."""
-    return "ask" in bridge.__all__
-
-
-def _questions(posterior: Posterior, n: int) -> tuple[Any, ...]:
-    found: tuple[Any, ...] = getattr(bridge, "ask")(posterior, posterior.city, n=n)  # noqa: B009
-    return found
-
-
-def _answers(question: Any) -> list[tuple[str, float]]:
-    return [(str(one[0]), float(one[1])) for one in question.answers]
-
-
 def _answered(posterior: Posterior, question: str, answer: str) -> Posterior:
-    for one in _questions(posterior, 10) if can_ask() else ():
+    for one in bridge.ask(posterior, posterior.city, n=10):
         if one.text == question:
-            updated: Posterior = posterior.update(one.answer(answer))
-            return updated
+            return posterior.update(one.answer(answer))
     raise InputError(f"The question '{question}' is not one that is asked here; undo its answer")
 
 

@@ -30,7 +30,7 @@ from sloop_ppl.web._guard import Guard
 from sloop_ppl.web._maps import MapShelf
 from sloop_ppl.web._pages import page_routes
 from sloop_ppl.web._payloads import belief_payload, frames_payload, reading_payload, why_payload
-from sloop_ppl.web._posteriors import Believed, Posteriors, ask, can_ask
+from sloop_ppl.web._posteriors import Believed, Posteriors, questions_payload
 from sloop_ppl.web._refusal import Refusal, refused, refused_by_mistake
 from sloop_ppl.web._scene import scene_of
 from sloop_ppl.web._search_stream import SearchStreams
@@ -167,7 +167,6 @@ class _Workbench:
                 "frames": names_of("frames"),
                 "priors": names_of("priors"),
                 "planners": names_of("planners"),
-                "asks": can_ask(),
                 "colours": colour_tables(),
                 "first": await _in_thread(lambda: first_state(self._shelf)),
             }
@@ -222,7 +221,9 @@ class _Workbench:
     async def questions(self, request: Request) -> Response:
         """Return the questions worth asking."""
         state = await record_of(request, State)
-        return JSONResponse({"questions": await _in_thread(lambda: ask(self._posterior(state)))})
+        return JSONResponse(
+            {"questions": await _in_thread(lambda: questions_payload(self._posterior(state)))}
+        )
 
     async def search(self, request: Request) -> Response:
         """Search, and send each step when it is done."""

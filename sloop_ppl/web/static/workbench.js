@@ -539,7 +539,6 @@ function wire() {
     const earlier = Object.fromEntries(Object.entries(state.sayings).filter(([step]) => Number(step) < at));
     search({ ...earlier, [at]: words }, at);
   });
-  by("questions-box").hidden = !start.asks;
   by("questions-box").addEventListener("toggle", () => { if (by("questions-box").open) trying(() => questions()); });
   by("why-box").addEventListener("toggle", () => { if (by("why-box").open) trying(() => why()); });
   by("link").addEventListener("click", async () => {
