@@ -43,7 +43,7 @@ class FreeParameters:
     model
         Where the numbers start.
     learn
-        Names of what is learnt; all that the model has when None.
+        Names of what is learnt; when None all that the model has and that are learnt by default.
 
     Attributes
     ----------
@@ -86,7 +86,9 @@ class FreeParameters:
             frame_parameters = _FRAMES[:1] if self.is_generative else _FRAMES
             declared |= {p.name: ("frames", p) for p in frame_parameters if hasattr(prior, p.name)}
         known = [*declared, *(["weights"] if len(model.components) > 1 else [])]
-        chosen = known if learn is None else list(dict.fromkeys(learn))
+        aside = {name for name, (_, parameter) in declared.items() if not parameter.by_default}
+        usual = [name for name in known if name not in aside]
+        chosen = usual if learn is None else list(dict.fromkeys(learn))
         for name in chosen:
             if name not in known:
                 raise InputError(

@@ -119,8 +119,8 @@ def fit(
         The model whose parameters are learnt, from where they stand.
     learn
         Names of what is learnt: parameters that the likelihood declares, ``lapse``, ``temper``,
-        ``kappa`` and ``absolute`` (of the frames) and ``weights``; all that the model has when
-        None.
+        ``kappa`` and ``absolute`` (of the frames) and ``weights``; when None all that the model
+        has but those whose `Parameter` is not learnt by default.
     held_out
         Examples that tell when to stop: after three rounds of five iterations without a better
         score the best parameters so far are returned; without any, no early stop.

@@ -1,12 +1,14 @@
-"""Keep the machine code of each process of a test run apart.
+"""Make test runs alike: machine code apart for each process, and Ctrl-C as at a terminal.
 
 numba saves what it compiles in two steps, between which another process may load what an older
-version of the source left behind.
+version of the source left behind. A shell starts background jobs with Ctrl-C ignored, which the
+commands that tests start would inherit.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,9 @@ _WORKER = os.environ.get("PYTEST_XDIST_WORKER")
 if _WORKER is not None:
     _KEPT = Path(__file__).parent.parent / ".pytest_cache" / "numba" / _WORKER
     os.environ.setdefault("NUMBA_CACHE_DIR", str(_KEPT))
+
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -46,6 +46,8 @@ class Parameter:
         0 and `high` infinite, else of its log odds within the range.
     meaning
         What it does, in words.
+    by_default
+        False for a number that is learnt only when it is asked for by name.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class Parameter:
     prior_median: float
     prior_scale: float
     meaning: str
+    by_default: bool = True
 
     def __post_init__(self) -> None:
         if not self.low < self.prior_median < self.high:

@@ -83,9 +83,12 @@ class StudentVonMisesLikelihood:
         width_parameter("directed_m", 20.0, "width for directed words, not of a street"),
         width_parameter("directed_street_m", 20.0, "width for directed words of a street"),
         Parameter("tail", "1", 0.0, math.inf, 5.0, 0.35, "degrees of freedom of the fall-off"),
-        # The fit of bayes had a prior scale of .1 here: sharper than 3.4, compass words tie the
-        # belief to the size of the cells about a centroid.
-        Parameter("kappa_compass", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of compass words"),
+        # Where it is sharper than 3.4, beliefs depend on the size of the cells about a centroid:
+        # halving them moves more than .02. So a fit leaves it at 3 unless it is asked for.
+        Parameter(
+            *("kappa_compass", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of compass words"),
+            by_default=False,
+        ),
         Parameter("kappa_frame", "1", 0.0, math.inf, 3.0, 0.35, "sharpness of frame words"),
         Parameter(
             "own_place", "1", 0.0, math.inf, 3.0, 0.7, "factor of widths, of one's own place"

@@ -49,8 +49,6 @@ def test_ctrl_c_ends_with_130_and_one_line():
         [*SLOOP, "search", "the red bike is near Ivy", "--map", "cleveland", "--sims", "20000",
          "--place", "RedBike=90,-90", "--start", "-90,90"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        # As at a terminal: a shell's background jobs, such as these tests may be, ignore Ctrl-C.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     first = command.stderr.readline()  # the search is under way
     assert "at (" in first
