@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.eval._cities import cities_of
 from sloop_ppl.eval._gold import GoldEntry, entries_of, gold_entries, gold_relations
 from sloop_ppl.eval._line_format import (
     AnnotationLine,
@@ -50,9 +50,6 @@ __all__ = [
     "read_sound_descriptions",
     "read_to_score",
 ]
-
-_CITY_KM = 20.0
-"""How far apart the centres of maps of one city lie at most, kilometres."""
 
 FindMap = Callable[[str], CityMap]
 
@@ -363,35 +360,12 @@ def read_to_score(
 def _with_cities(
     descriptions: Collection[AnnotatedDescription], find: FindMap
 ) -> tuple[AnnotatedDescription, ...]:
-    """Return lines that know their cities: maps whose centres lie within 20 km are of one city."""
-    maps = dict.fromkeys(one.map for one in descriptions)
-    centres = {name: find(name).grid.centre for name in maps}
+    """Return lines that know their cities."""
     sources: dict[str, set[str]] = {}
     for one in descriptions:
         sources.setdefault(one.map, set()).add(one.source)
-    groups: list[list[str]] = []
-    for name in maps:
-        near = [g for g in groups if any(_is_near(centres[name], centres[other]) for other in g)]
-        groups = [g for g in groups if g not in near]
-        groups.append([*(other for g in near for other in g), name])
-    cities: dict[str, str] = {}
-    for group in groups:
-        files = set().union(*(sources[name] for name in group))
-        city = group[0] if len(group) == 1 or len(files) > 1 else next(iter(files))
-        cities |= dict.fromkeys(group, city)
+    cities = cities_of(sources, {name: find(name).grid.centre for name in sources})
     return tuple(replace(one, city=cities[one.map]) for one in descriptions)
-
-
-def _is_near(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
-    """Tell whether two centres, latitude and longitude in degrees, lie within a city of each other.
-
-    A degree of latitude is 111 km, one of longitude that times the cosine of the latitude.
-    """
-    if one is None or other is None:
-        return False
-    east = (one[1] - other[1] + 180) % 360 - 180
-    east_km = 111.2 * east * math.cos(math.radians((one[0] + other[0]) / 2))
-    return math.hypot(east_km, 111.2 * (one[0] - other[0])) < _CITY_KM
 
 
 def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:

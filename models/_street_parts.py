@@ -108,7 +108,7 @@ def _block_corner(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeom
     return _union(found)
 
 
-def _mid_block(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:  # noqa: ARG001
+def _mid_block(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:  # noqa: ARG001 - as the others
     network = street_network(city)
     return _union(
         shapely.ops.substring(s.line, _MIDDLE, 1 - _MIDDLE, normalized=True).buffer(
@@ -140,7 +140,7 @@ def _number(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry |
     return None if place is None else shapely.Point(place).buffer(_DOOR_M)
 
 
-def _block(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:  # noqa: ARG001
+def _block(city: CityMap, grounds: Grounds, part: StreetPart) -> BaseGeometry | None:  # noqa: ARG001 - as the others
     return same_block_region(city, grounds)
 
 
