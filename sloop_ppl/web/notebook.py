@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.web._posteriors import ask
+from sloop_ppl.web._posteriors import questions_payload
 from sloop_ppl.web.page_file import shown_payload
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def widget(shown: Posterior | Episode) -> Any:
 
     if isinstance(shown, Posterior):
         payload = shown_payload(shown)
-        payload["questions"] = ask(shown)
+        payload["questions"] = questions_payload(shown)
     elif isinstance(shown, Episode):
         posterior = getattr(shown, "posterior", None)
         if posterior is None:

@@ -143,7 +143,7 @@ class Scene:
         """
         inside = self.distance_m(landmark) == 0.0
         if self.person.distance_share == 0.0:
-            return inside.astype(np.float64)
+            return np.asarray(inside, dtype=np.float64)
         key = "covered", landmark
         if key not in self._kept:
             cells = self.city.cells(landmark)
