@@ -10,6 +10,9 @@ from functools import lru_cache
 __all__ = ["camel_case", "folded", "unique"]
 
 _WORD = re.compile(r"[^\W_]+")
+# Combining marks of the block U+0300, the accents, but not those that make another letter in
+# Cyrillic: й, ў, ї.
+_ACCENTS = re.compile("(?<![ИиУу])\u0306|(?<![Іі])\u0308|[\u0300-\u0305\u0307\u0309-\u036f]")
 # Letters that Unicode does not decompose into a base and an accent.
 _UNFOLDED = str.maketrans(
     {"ß": "ss", "æ": "ae", "Æ": "Ae", "ø": "o", "Ø": "O", "œ": "oe", "Œ": "Oe", "đ": "d", "ł": "l",
@@ -24,6 +27,8 @@ def camel_case(name: str) -> str:
     --------
     >>> camel_case("Root-McBride Building"), camel_case("Kolmen sepän aukio"), camel_case("Joe's")
     ('RootMcBrideBuilding', 'KolmenSepanAukio', 'Joes')
+    >>> camel_case("Чайка кафе")
+    'ЧайкаКафе'
     """
     # An apostrophe or point inside a word parts nothing: "Joe's", "U.S.".
     joined = re.sub(r"(?<=\w)['’.](?=\w)", "", _plain(name).replace("&", " and "))
@@ -59,8 +64,6 @@ def unique(symbol: str, taken: Container[str]) -> str:
 
 
 def _plain(name: str) -> str:
-    """Strip accents from letters that are Latin, Greek or Cyrillic; leave other scripts alone."""
+    """Strip the accents from Latin, Greek and Cyrillic letters; leave other scripts alone."""
     decomposed = unicodedata.normalize("NFKD", name.translate(_UNFOLDED))
-    # Combining marks of the block U+0300: the accents.
-    kept = "".join(c for c in decomposed if not "\u0300" <= c <= "\u036f")
-    return unicodedata.normalize("NFC", kept)
+    return unicodedata.normalize("NFC", _ACCENTS.sub("", decomposed))
