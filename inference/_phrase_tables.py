@@ -27,7 +27,7 @@ from sloop_ppl.models import (
     Program,
     ProgramData,
 )
-from sloop_ppl.models.grounding import Phrase
+from sloop_ppl.models.phrase import Phrase
 from sloop_ppl.models.program import SummedPhrase, log_held, summed_phrase, with_lapse
 
 __all__ = ["FRAME_BINS", "PhraseLatents", "PhraseTables", "latents_of_phrases"]

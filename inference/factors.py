@@ -32,7 +32,7 @@ from sloop_ppl.models import (
     program_data,
     true_places,
 )
-from sloop_ppl.models.grounding import MOST_SETTINGS
+from sloop_ppl.models._shared_latents import MOST_SETTINGS
 from sloop_ppl.models.program import pair_kernels
 
 __all__ = [

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
+    from sloop_ppl.models._program_data import ProgramData
     from sloop_ppl.models._reference_regions import REGIONS
+    from sloop_ppl.models._shared_latents import latents_of
     from sloop_ppl.models.bayes import BAYES, UNFITTED_BAYES, borrowed, fitting_note, unfitted
     from sloop_ppl.models.cell_priors import (
         CELL_PRIORS,
@@ -30,11 +32,8 @@ if TYPE_CHECKING:
     )
     from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations
     from sloop_ppl.models.grounding import (
-        ProgramData,
-        SharedFrame,
         ground_description,
         ground_target_relations,
-        latents_of,
         program_data,
         true_places,
     )
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
         RelationLikelihood,
     )
     from sloop_ppl.models.pair_kernel import PairKernel
+    from sloop_ppl.models.phrase import SharedFrame
     from sloop_ppl.models.presets import PRESETS, VARIANTS, ObservationModel, preset
     from sloop_ppl.models.program import Program, build
     from sloop_ppl.models.referent_gaussian import (
@@ -112,7 +112,9 @@ __all__ = [
 ]
 
 _HOMES = {
+    "_program_data": ("ProgramData",),
     "_reference_regions": ("REGIONS",),
+    "_shared_latents": ("latents_of",),
     "bayes": ("BAYES", "UNFITTED_BAYES", "borrowed", "fitting_note", "unfitted"),
     "cell_priors": ("CELL_PRIORS", "CellPrior", "LearntCells", "cell_prior", "learn_cells"),
     "check": ("check_likelihood",),
@@ -128,11 +130,8 @@ _HOMES = {
     ),
     "grounded_relation": ("GroundedRelation", "ground_relations"),
     "grounding": (
-        "ProgramData",
-        "SharedFrame",
         "ground_description",
         "ground_target_relations",
-        "latents_of",
         "program_data",
         "true_places",
     ),
@@ -140,6 +139,7 @@ _HOMES = {
     "latents": ("Latent",),
     "likelihoods": ("LIKELIHOODS", "GaussianLikelihood", "Parameter", "RelationLikelihood"),
     "pair_kernel": ("PairKernel",),
+    "phrase": ("SharedFrame",),
     "presets": ("PRESETS", "VARIANTS", "ObservationModel", "preset"),
     "program": ("Program", "build"),
     "referent_gaussian": ("REFERENT_GAUSSIAN", "UNFITTED_REFERENT_GAUSSIAN"),

@@ -16,8 +16,10 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.maps import CityMap, Grid
+from sloop_ppl.models._program_data import ProgramData
 from sloop_ppl.models.grounded_relation import GroundedRelation
-from sloop_ppl.models.grounding import Phrase, ProgramData, program_data
+from sloop_ppl.models.grounding import program_data
+from sloop_ppl.models.phrase import Phrase
 from sloop_ppl.models.presets import ObservationModel
 
 __all__ = ["PairKernel"]

@@ -24,14 +24,13 @@ from sloop_ppl.language import Description
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models._distributions import FrameDensity, LogBernoulli, categorical
 from sloop_ppl.models._logspace import LEAST_LOG, log1mexp, log_blur, look_up
+from sloop_ppl.models._program_data import ProgramData
 from sloop_ppl.models._speaker import WordWeights, frame_angle_masses
 from sloop_ppl.models._vocabulary import speaker_words
 from sloop_ppl.models.components import COMBINATIONS, cut_below_uniform
 from sloop_ppl.models.frames import FrameDistribution
 from sloop_ppl.models.grounded_relation import GroundedRelation, word_options
 from sloop_ppl.models.grounding import (
-    Phrase,
-    ProgramData,
     ground_description,
     ground_target_relations,
     program_data,
@@ -45,6 +44,7 @@ from sloop_ppl.models.likelihoods import (
     with_values,
 )
 from sloop_ppl.models.pair_kernel import PairKernel
+from sloop_ppl.models.phrase import Phrase
 from sloop_ppl.models.presets import ObservationModel, preset
 
 __all__ = ["Frames", "Program", "build", "generative_model"]

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
+from sloop_ppl.models._shared_latents import latents_of
 from sloop_ppl.models._vocabulary import in_english, speakable_grounds, speaker_words
 from sloop_ppl.models.components import Component
 from sloop_ppl.models.frames import PredictedSpread
 from sloop_ppl.models.grounded_relation import GroundedRelation, ground_relations, word_options
-from sloop_ppl.models.grounding import latents_of
 from sloop_ppl.models.likelihoods import LIKELIHOODS
 from sloop_ppl.models.presets import ObservationModel, preset
 from sloop_ppl.models.program import word_weights
