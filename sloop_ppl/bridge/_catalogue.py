@@ -73,7 +73,7 @@ CATALOGUE.add(
     ),
 )
 CATALOGUE.add(
-    "maps", Listed(("sloop_ppl.maps", "bundled_maps"), ("sloop_ppl.maps", "bundled_maps"))
+    "maps", Listed(("sloop_ppl.maps", "map_names"), ("sloop_ppl.maps", "map_names"))
 )
 
 
@@ -92,7 +92,7 @@ def names_of(what: str) -> list[str]:
     Examples
     --------
     >>> names_of("maps")
-    ['austin', 'cleveland', 'denver', 'honolulu', 'washington_dc']
+    ['austin', 'cleveland', 'denver', 'honolulu', 'suburb', 'washington_dc']
     """
     listed = CATALOGUE[what]
     # Names lie in modules that load neither torch nor numba; the registry itself when it is loaded.
