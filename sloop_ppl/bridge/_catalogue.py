@@ -72,9 +72,7 @@ CATALOGUE.add(
         ("sloop_ppl.bridge.asking.kinds", "QUESTION_KINDS"),
     ),
 )
-CATALOGUE.add(
-    "maps", Listed(("sloop_ppl.maps", "map_names"), ("sloop_ppl.maps", "map_names"))
-)
+CATALOGUE.add("maps", Listed(("sloop_ppl.maps", "map_names"), ("sloop_ppl.maps", "map_names")))
 
 
 def names_of(what: str) -> list[str]:

@@ -13,7 +13,15 @@ from sloop_ppl.errors import InputError, MapError, OutputError, UnknownName
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 
-__all__ = ["bundled_maps", "check_map_path", "load_map", "map_names", "read_map", "replace_file", "write_map"]
+__all__ = [
+    "bundled_maps",
+    "check_map_path",
+    "load_map",
+    "map_names",
+    "read_map",
+    "replace_file",
+    "write_map",
+]
 
 _ENDINGS = (".geojson", ".json")
 

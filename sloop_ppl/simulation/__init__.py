@@ -12,6 +12,7 @@ from sloop_ppl._rooms import load_later
 if TYPE_CHECKING:
     from sloop_ppl.simulation.airsim_client import AirSimEnvironment, connect
     from sloop_ppl.simulation.airsim_server import AIRSIM_PORT, AirSimServer, serve
+    from sloop_ppl.simulation.served_drone import ServedDrone
     from sloop_ppl.simulation.vehicle import CameraImage, Vehicle, VehiclePose
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "AirSimEnvironment",
     "AirSimServer",
     "CameraImage",
+    "ServedDrone",
     "Vehicle",
     "VehiclePose",
     "connect",
@@ -28,6 +30,7 @@ __all__ = [
 _HOMES = {
     "airsim_client": ("AirSimEnvironment", "connect"),
     "airsim_server": ("AIRSIM_PORT", "AirSimServer", "serve"),
+    "served_drone": ("ServedDrone",),
     "vehicle": ("CameraImage", "Vehicle", "VehiclePose"),
 }
 __getattr__ = load_later(__name__, _HOMES)

@@ -7,6 +7,7 @@ import math
 import socket
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -115,9 +116,10 @@ class AirSimEnvironment:
 
     Notes
     -----
-    A find marks the targets that are in view in truth, by ``simGetObjectPose`` and
-    ``simGetVehiclePose``. What the camera sees beyond the planner's view is not reported: the
-    planner's model gives it no probability. A move off the map is not flown.
+    A find marks the targets that are in the planner's view from the cell and the eighth of a turn
+    in which the drone is in truth, by ``simGetObjectPose`` and ``simGetVehiclePose``.
+    What the camera sees beyond the planner's view is not reported: the planner's model gives it no
+    probability. A move off the map is not flown.
     """
 
     def __init__(
@@ -302,7 +304,9 @@ class AirSimEnvironment:
         if not self._looked:
             return ()
         try:
-            view = self._space.view_mask(self._true_pose())
+            # From the middle of the cell, as the planner has it: a degree of yaw more or less does
+            # not decide about what stands on the border of the fan.
+            view = self._space.view_mask(self._space.snap(self._true_pose()))
         except OutsideMap:
             return ()
         marked = []
@@ -337,7 +341,7 @@ class AirSimEnvironment:
             if name not in there:
                 raise UnknownName(f"object of target {target} in AirSim", name, there)
         numbers = {
-            target: self._call(lambda name=name: client.simGetSegmentationObjectID(name))
+            target: self._call(partial(client.simGetSegmentationObjectID, name))
             for target, name in self._objects.items()
         }
         colours = client.simGetSegmentationColorMap()

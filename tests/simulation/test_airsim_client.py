@@ -99,6 +99,16 @@ def test_what_is_seen_lies_on_the_map_where_it_is(client_of):
         assert environment.execute(FIND).report.found == ()
 
 
+def test_a_degree_off_does_not_lose_what_stands_on_the_border_of_the_fan(client_of):
+    # The car's cell is 10 m ahead and 10 m to the left: on the border of 90 degrees.
+    bias = (0.3, 0.2, math.radians(1))
+    with served(vehicle_at(0.0, -10.0, bias=bias, size=(320, 240))) as server:
+        environment = AirSimEnvironment(client_of(server), SPACE, start=Pose(0.0, -10.0, 0.0))
+        environment.execute(LEFT)
+        environment.execute(RIGHT)
+        assert environment.execute(FIND).report.found == ("RedCar",)
+
+
 def test_what_is_seen_is_laid_out_from_where_the_drone_believes_to_be(client_of):
     # It believes to be 2 m east of the truth, steers by that, and sees the car as far off.
     vehicle = vehicle_at(0.0, 0.0, bias=(2.0, 0.0, 0.0), size=(320, 240))

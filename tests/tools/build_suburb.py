@@ -1,8 +1,8 @@
 """Write the suburban map from its plan in metres: python tests/tools/build_suburb.py OUT.geojson.
 
 The plan is by hand: a neighbourhood that nobody lives in, after the one in which the paper flew.
-x is east and y north of the map's centre. A house is two landmarks: the plot, which people name, and
-in it the building, which stands in the way.
+x is east and y north of the map's centre. A house is two landmarks: the plot, which people name,
+and in it the building, which stands in the way.
 """
 
 from __future__ import annotations
