@@ -74,8 +74,8 @@ def rotation(quaternion: Quaternion) -> NDArray[np.float64]:
 
     Returns
     -------
-    matrix : shape (3, 3)
-        Its columns are forward, right and down in the map's axes.
+    ndarray
+        Shape (3, 3). Its columns are forward, right and down in the map's axes.
     """
     w, x, y, z = (v / math.hypot(*quaternion) for v in quaternion)
     ned = np.array(
