@@ -40,9 +40,9 @@ def height_m(landmark: Landmark) -> float:
     Its property ``height_m`` counts first, then ``height`` (metres unless it says ft), then
     ``building:levels`` times `LEVEL_HEIGHT_M`, then the default of its kind.
     """
-    told = landmark.properties.get("height_m")
-    if told is not None:
-        return float(told)
+    height = landmark.properties.get("height_m")
+    if height is not None:
+        return float(height)
     found = _NUMBER.match(str(landmark.properties.get("height", "")))
     if found:
         # 0.3048 m a foot
