@@ -72,9 +72,7 @@ CATALOGUE.add(
         ("sloop_ppl.bridge.asking.kinds", "QUESTION_KINDS"),
     ),
 )
-CATALOGUE.add(
-    "maps", Listed(("sloop_ppl.maps", "bundled_maps"), ("sloop_ppl.maps", "bundled_maps"))
-)
+CATALOGUE.add("maps", Listed(("sloop_ppl.maps", "map_names"), ("sloop_ppl.maps", "map_names")))
 
 
 def names_of(what: str) -> list[str]:
@@ -92,7 +90,7 @@ def names_of(what: str) -> list[str]:
     Examples
     --------
     >>> names_of("maps")
-    ['austin', 'cleveland', 'denver', 'honolulu', 'washington_dc']
+    ['austin', 'cleveland', 'denver', 'honolulu', 'suburb', 'washington_dc']
     """
     listed = CATALOGUE[what]
     # Names lie in modules that load neither torch nor numba; the registry itself when it is loaded.

@@ -7,7 +7,14 @@ from sloop_ppl.maps.blocks import Block
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.crossings import Arm, Crossing
 from sloop_ppl.maps.fields import LandmarkFields, landmark_fields
-from sloop_ppl.maps.files import bundled_maps, check_map_path, load_map, read_map, write_map
+from sloop_ppl.maps.files import (
+    bundled_maps,
+    check_map_path,
+    load_map,
+    map_names,
+    read_map,
+    write_map,
+)
 from sloop_ppl.maps.find import kind_words
 from sloop_ppl.maps.frontage import Facing, Frontage
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
@@ -74,6 +81,7 @@ __all__ = [
     "kind_words",
     "landmark_fields",
     "load_map",
+    "map_names",
     "map_schema",
     "quadrant_table",
     "read_map",

@@ -13,7 +13,15 @@ from sloop_ppl.errors import InputError, MapError, OutputError, UnknownName
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
 
-__all__ = ["bundled_maps", "check_map_path", "load_map", "read_map", "replace_file", "write_map"]
+__all__ = [
+    "bundled_maps",
+    "check_map_path",
+    "load_map",
+    "map_names",
+    "read_map",
+    "replace_file",
+    "write_map",
+]
 
 _ENDINGS = (".geojson", ".json")
 
@@ -118,8 +126,23 @@ def _dumps(data: Any) -> str:
 _MAPS = Path(str(files("sloop_ppl"))) / "data" / "maps"
 
 
+_INVENTED = ("suburb",)
+"""Maps of no real place: they have no part in studies, or in scores over all bundled maps."""
+
+
 def bundled_maps() -> list[str]:
-    """Return the names of the maps that ship with the package, in alphabetical order."""
+    """Return the names of the cities that ship with the package, in alphabetical order."""
+    return [name for name in map_names() if name not in _INVENTED]
+
+
+def map_names() -> list[str]:
+    """Return the names that `load_map` knows: the bundled cities and ``suburb``, an invented place.
+
+    Examples
+    --------
+    >>> sorted(set(map_names()) - set(bundled_maps()))
+    ['suburb']
+    """
     return sorted(path.stem for path in _MAPS.glob("*.geojson"))
 
 
@@ -129,7 +152,7 @@ def load_map(name_or_path: str | Path, cell_m: float | None = None) -> CityMap:
     Parameters
     ----------
     name_or_path
-        A name that :func:`bundled_maps` lists, or the path of a ``.geojson`` file.
+        A name that :func:`map_names` lists, or the path of a ``.geojson`` file.
     cell_m
         Side of a cell in metres; the map's own, else 5, when None.
 
@@ -146,8 +169,9 @@ def load_map(name_or_path: str | Path, cell_m: float | None = None) -> CityMap:
     CityMap('cleveland', 41 x 41 cells of 5 m, 61 landmarks)
     """
     name = str(name_or_path)
-    if name in bundled_maps():
+    known = map_names()
+    if name in known:
         return read_map(_MAPS / f"{name}.geojson", cell_m)
     if is_file(name):
         return read_map(name, cell_m)
-    raise UnknownName("map", name, bundled_maps(), hint=" (or give the path of a .geojson file)")
+    raise UnknownName("map", name, known, hint=" (or give the path of a .geojson file)")

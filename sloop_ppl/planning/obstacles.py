@@ -37,9 +37,12 @@ _NUMBER = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*$")
 def height_m(landmark: Landmark) -> float:
     """Return how tall a landmark is, metres.
 
-    Its property ``height`` (metres unless it says ft) counts first, then ``building:levels``
-    times `LEVEL_HEIGHT_M`, then the default of its kind.
+    Its property ``height_m`` counts first, then ``height`` (metres unless it says ft), then
+    ``building:levels`` times `LEVEL_HEIGHT_M`, then the default of its kind.
     """
+    height = landmark.properties.get("height_m")
+    if height is not None:
+        return float(height)
     found = _NUMBER.match(str(landmark.properties.get("height", "")))
     if found:
         # 0.3048 m a foot

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.maps import CityMap, bundled_maps, load_map
+from sloop_ppl.maps import CityMap, load_map, map_names
 from sloop_ppl.maps.geojson import from_geojson
 from sloop_ppl.web import _limits
 from sloop_ppl.web._map_worker import read_in_worker
@@ -32,7 +32,7 @@ class MapShelf:
     """
 
     def __init__(self, given: Sequence[str] = ()) -> None:
-        self._bundled = frozenset(bundled_maps())
+        self._bundled = frozenset(map_names())
         self._lock = threading.Lock()
         self._loaded: dict[str, CityMap] = {}
         self._dropped: OrderedDict[str, CityMap] = OrderedDict()

@@ -32,7 +32,7 @@ CASES = {
         ["infer", TEXT, "--map", "clevland"],
         (
             "Map 'clevland' is unknown; expected one of austin, cleveland, denver, honolulu, "
-            "washington_dc; did you mean 'cleveland'? (or give the path of a .geojson file)"
+            "suburb, washington_dc; did you mean 'cleveland'? (or give the path of a .geojson file)"
         ),
     ),
     "unknown model": (

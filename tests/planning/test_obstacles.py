@@ -38,6 +38,8 @@ def city(**properties):
         ({"building:levels": "4"}, 12.0),
         ({"height": "8", "building:levels": "4"}, 8.0),
         ({"height": "tall"}, 12.0),
+        ({"height_m": 6.5, "height": "8"}, 6.5),
+        ({"height_m": None}, 12.0),
     ],
 )
 def test_heights_come_from_tags_and_else_from_the_kind(properties, height):
