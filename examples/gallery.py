@@ -194,8 +194,8 @@ DRAWN: dict[Callable[[Path], None], str] = {
 HEAD = """\
 # Gallery
 
-Every plot of [`sloop_ppl.plots`](reference/plots.md), on one city, one sentence and one search. All of them
-are drawn by `examples/gallery.py`; the lines under a picture are taken from it. `post()` is the posterior of
+Every plot of `sloop_ppl.plots`, on one city, one sentence and one search. All of them are drawn by
+`examples/gallery.py`; the lines under a picture are taken from it. `post()` is the posterior of
 
 > {text}
 

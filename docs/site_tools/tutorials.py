@@ -1,4 +1,4 @@
-"""Run the notebooks in ``examples/notebooks`` and write them as pages with what they print and draw.
+"""Run the notebooks of ``examples/`` and write them as pages with what they print and draw.
 
 Run: python docs/site_tools/tutorials.py [NAME ...]
 

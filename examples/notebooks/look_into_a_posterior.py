@@ -19,7 +19,7 @@
 # that explains the belief.
 
 # %%
-import matplotlib.pyplot as plt  # noqa: F401 - so that notebooks show figures
+import matplotlib.pyplot as plt  # with it, notebooks show figures
 
 import sloop_ppl as sloop
 

@@ -52,7 +52,8 @@ def test_the_concepts_run(printed):
 def test_a_surveyed_front_turns_the_belief(printed):
     _, lines = printed("howto/frame_prior")
     one, other = (ast.literal_eval(line.split(" ", 1)[1]) for line in lines)
-    assert one[0] < other[0] - 20  # behind is the other side
+    assert one[0] < other[0] - 15  # behind is the other side
+    assert one[1] < other[1]
 
 
 def test_an_engine_of_several_runs_is_close_to_the_exact_one(printed):
@@ -85,8 +86,8 @@ def test_the_yard_is_read_and_believed(printed):
     assert lines[0] == "in the yard of BoltonPrattBuilding"
     city, belief = names["post"].city, names["post"].belief("RedBike")
     off_m = city.fields("BoltonPrattBuilding").distance_m
-    assert 0.8 < belief[off_m <= 20].sum()
-    assert belief[(off_m > 0) & (off_m <= 15)].max() > 3 * belief[off_m == 0].min()
+    assert belief[off_m <= 20].sum() > 0.8
+    assert belief[(off_m > 0) & (off_m <= 15)].mean() > belief[off_m == 0].mean()
 
 
 def test_a_metric_is_measured_beside_the_others(printed):

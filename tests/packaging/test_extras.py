@@ -55,7 +55,7 @@ def test_a_sweep_without_its_table_does_not_begin(no_extra, tmp_path):
     from sloop_ppl.eval._sweep_files import SweepRequest, sweep_files
 
     request = SweepRequest((tmp_path / "said.jsonl",), tmp_path / "run")
-    with pytest.raises(InputError, match="^The table of trials of a sweep needs pyarrow"):
+    with pytest.raises(InputError, match=r"^The table of trials of a sweep needs pyarrow"):
         sweep_files(request)
     assert not (tmp_path / "run").exists()
 
@@ -77,7 +77,8 @@ def test_the_core_runs_without_any_extra(tmp_path):
         "city = sloop.load_map('cleveland', cell_m=20)\n"
         "post = sloop.infer('the green toyota is behind velvet dog', city)\n"
         "rng = np.random.default_rng(0)\n"
-        "run = sloop.search(post, city, {'GreenToyota': (-47.5, -62.5)}, planner='greedy', rng=rng)\n"
+        "places = {'GreenToyota': (-47.5, -62.5)}\n"
+        "run = sloop.search(post, city, places, planner='greedy', rng=rng)\n"
         "post.save('p.nc')\n"
         "sloop.plots.save_figure(sloop.bridge.figure_of(post), 'p.png')\n"
         "print(run.found, sorted({'spacy', 'pyarrow'} & set(sys.modules)))\n"
