@@ -7,6 +7,7 @@
 #   make docs     build the documentation as a site into build/site; open its index.html
 #   make tutorials run the notebooks and write their pages; make gallery draws every plot anew
 #   make check    ruff, codespell, and mypy --strict on the built wheel
+#   make pyright  check the examples with pyright against the built wheel's types; needs node
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
 #   make coverage run the tests and print which share of each room's statements they ran
 #   make venv     only make the virtual environment
@@ -44,7 +45,7 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo web test test-web docs tutorials gallery check mutants coverage venv lock clean
+.PHONY: demo web test test-web docs tutorials gallery check pyright mutants coverage venv lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -89,6 +90,11 @@ check: $(STAMP)
 	$(BIN)/python -m pip install --quiet --no-deps --target $(WHEEL)/site $(WHEEL)/wheel/*.whl
 	cd $(WHEEL)/site && $(BIN)/mypy --config-file $(CURDIR)/pyproject.toml \
 	  --cache-dir $(CURDIR)/.mypy_cache --strict -p sloop_ppl
+
+# The package on the index fetches pyright itself from npm.
+pyright: check
+	$(BIN)/python -m pip install --quiet pyright
+	$(BIN)/python -m pyright --pythonpath $(BIN)/python
 
 # Verdicts are kept in out/mutants; a run that was stopped goes on where it was.
 mutants: export OMP_NUM_THREADS ?= 1

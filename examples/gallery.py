@@ -52,18 +52,18 @@ def episode() -> sloop.Episode:
 
 def city_map(path: Path) -> None:
     """Show a map: landmarks by kind, with names."""
-    plots.save_figure(plots.plot_map(city, highlight=["VelvetDog"]).figure, path)
+    plots.save_figure(plots.plot_map(city, highlight=["VelvetDog"]), path)
 
 
 def blocks(path: Path) -> None:
     """Show streets, crossings and the blocks between them."""
-    plots.save_figure(plots.plot_blocks(city).figure, path)
+    plots.save_figure(plots.plot_blocks(city), path)
 
 
 def belief(path: Path) -> None:
     """Show where one target is believed to be."""
     ax = plots.plot_belief(post(), CAR, truth=PLACES[CAR])
-    plots.save_figure(ax.figure, path)
+    plots.save_figure(ax, path)
 
 
 def beliefs(path: Path) -> None:
@@ -82,7 +82,7 @@ def change(path: Path) -> None:
     """Show what one more sentence changes."""
     after = post().update(sloop.parse("The green Toyota is near Hoyt Block.", city))
     ax = plots.plot_change(city, post().belief(CAR), after.belief(CAR))
-    plots.save_figure(ax.figure, path)
+    plots.save_figure(ax, path)
 
 
 def sheet(path: Path) -> None:
@@ -101,20 +101,20 @@ def one_sheet(path: Path) -> None:
 def components(path: Path) -> None:
     """Show the mixture's components before and after."""
     ax = plots.plot_components(post().component(CAR), prior=post().component_prior(CAR))
-    plots.save_figure(ax.figure, path)
+    plots.save_figure(ax, path)
 
 
 def influence(path: Path) -> None:
     """Show how far the belief moves without each phrase."""
     words = relations_in_words(post(), CAR)
     bits = dict(zip(words, (i.bits for i in post().influence(CAR)), strict=True))
-    plots.save_figure(plots.plot_influence(bits).figure, path)
+    plots.save_figure(plots.plot_influence(bits), path)
 
 
 def words(path: Path) -> None:
     """Show what else could have been said of a ground."""
     check = post().predictive(CAR)[0]
-    plots.save_figure(plots.plot_words(check.words, check.word).figure, path)
+    plots.save_figure(plots.plot_words(check.words, check.word), path)
 
 
 def latent(path: Path) -> None:
@@ -131,14 +131,14 @@ def latent(path: Path) -> None:
         given=lambda relation, ground: replace(relation, grounds=(ground,)),
     )
     unsure = sloop.infer(TEXT, city, model=replace(preset("bayes"), latents=(which,)))
-    plots.save_figure(plots.plot_latent(unsure, "which_block").figure, path)
+    plots.save_figure(plots.plot_latent(unsure, "which_block"), path)
 
 
 def frame(path: Path) -> None:
     """Show which way one landmark faces, before and after."""
     front = post().frame(CAR)
     ax = plots.plot_frame(city, "VelvetDog", front.values, prior=front["prior"].values)
-    plots.save_figure(ax.figure, path)
+    plots.save_figure(ax, path)
 
 
 def frames(path: Path) -> None:
@@ -146,19 +146,19 @@ def frames(path: Path) -> None:
     buildings = [place.id for place in city.of_kind("building")][:12]
     network = load_weights(shipped_weights("ego-ctx"))
     fronts = dict(zip(buildings, predict_frames(network, city, buildings), strict=True))
-    plots.save_figure(plots.plot_frames(city, fronts).figure, path)
+    plots.save_figure(plots.plot_frames(city, fronts), path)
 
 
 def context(path: Path) -> None:
     """Show what a network sees of a landmark."""
-    plots.save_figure(plots.plot_context(context_image(city, "BallBuilding")).figure, path)
+    plots.save_figure(plots.plot_context(context_image(city, "BallBuilding")), path)
 
 
 def deviations(path: Path) -> None:
     """Show how far predictors are off (numbers drawn for this picture)."""
     rng = np.random.default_rng(0)
     boxes = {"sharp": rng.exponential(25, 80).clip(0, 180), "blunt": rng.uniform(0, 180, 80)}
-    plots.save_figure(plots.plot_deviations(boxes).figure, path)
+    plots.save_figure(plots.plot_deviations(boxes), path)
 
 
 def agreement(path: Path) -> None:
@@ -173,7 +173,7 @@ def agreement(path: Path) -> None:
 def search(path: Path) -> None:
     """Show a search over the belief that it began with."""
     first = {CAR: post().belief(CAR)}
-    plots.save_figure(plots.plot_search(episode(), city, beliefs=first).figure, path)
+    plots.save_figure(plots.plot_search(episode(), city, beliefs=first), path)
 
 
 def film(path: Path) -> None:
