@@ -4,7 +4,10 @@
 #   make web      say a sentence and watch the search in the browser; it prints the address
 #   make test     run the tests
 #   make test-web run the tests of the pages in Chromium, which it installs
+#   make docs     build the documentation as a site into build/site; open its index.html
+#   make tutorials run the notebooks and write their pages; make gallery draws every plot anew
 #   make check    ruff, codespell, and mypy --strict on the built wheel
+#   make pyright  check the examples with pyright against the built wheel's types; needs node
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
 #   make coverage run the tests and print which share of each room's statements they ran
 #   make venv     only make the virtual environment
@@ -42,7 +45,7 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo web test test-web check mutants coverage venv lock clean
+.PHONY: demo web test test-web docs tutorials gallery check pyright mutants coverage venv lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -66,6 +69,17 @@ test-web: $(STAMP)
 	  npm install --silent --prefix out/axe --no-save --ignore-scripts $(AXE) || true
 	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web $(if $(PICTURES),--pictures $(PICTURES))
 
+docs: export NO_MKDOCS_2_WARNING ?= 1
+docs: $(STAMP)
+	$(BIN)/python -m mkdocs build --quiet --clean
+	@echo "build/site/index.html"
+
+tutorials: $(STAMP)
+	$(BIN)/python docs/site_tools/tutorials.py
+
+gallery: $(STAMP)
+	$(BIN)/python examples/gallery.py --out docs
+
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)
 	$(BIN)/ruff check .
@@ -76,6 +90,11 @@ check: $(STAMP)
 	$(BIN)/python -m pip install --quiet --no-deps --target $(WHEEL)/site $(WHEEL)/wheel/*.whl
 	cd $(WHEEL)/site && $(BIN)/mypy --config-file $(CURDIR)/pyproject.toml \
 	  --cache-dir $(CURDIR)/.mypy_cache --strict -p sloop_ppl
+
+# The package on the index fetches pyright itself from npm.
+pyright: check
+	$(BIN)/python -m pip install --quiet pyright
+	$(BIN)/python -m pyright --pythonpath $(BIN)/python
 
 # Verdicts are kept in out/mutants; a run that was stopped goes on where it was.
 mutants: export OMP_NUM_THREADS ?= 1

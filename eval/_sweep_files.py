@@ -12,6 +12,7 @@ from typing import Any
 import joblib
 
 import sloop_ppl
+from sloop_ppl._extras import need_extra
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.eval._answerers import AskingSettings
 from sloop_ppl.eval._backends import check_backend
@@ -128,6 +129,7 @@ def sweep_files(
     for name, count in (("workers", workers), ("starts", request.starts)):
         if count < 1:
             raise InputError(f"The number of {name} is {count}; expected at least 1")
+    need_extra("The table of trials of a sweep", "pyarrow", "sweep")
     check_backend(request.backend, request.address)
     if request.cv not in (None, "city"):
         raise UnknownName("cross-validation", str(request.cv), ["city"])

@@ -97,7 +97,8 @@ def main(out: Path, smoke: bool = False) -> Result:
 
 def believed(before: sloop.Posterior, episode: sloop.bridge.PosteriorEpisode) -> sloop.Posterior:
     """Return what was believed after the answers, before anything was seen."""
-    for answer in episode.posterior.answers:
+    after = episode.posterior
+    for answer in () if after is None else after.answers:
         before = before.update(answer)
     return before
 
@@ -114,7 +115,7 @@ def shares(places: dict[str | None, float]) -> str:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("dialogue.png"))
     parser.add_argument("--smoke", action="store_true")
     options = parser.parse_args()

@@ -87,12 +87,12 @@ def main():
     settings = {"sims": 20_000, "depth": 12, "discount": 0.95, "exploration": 110.0}
     planner = NativePouct(tiger, rng=np.random.default_rng(0), **settings)
     for _ in range(4):
-        action = planner.plan(None)
+        action = planner.plan(None)  # pyright: ignore[reportArgumentType] - it keeps its own belief
         values = {name: round(value, 1) for name, value in planner.last_info.values.items()}
         print(f"tiger left with probability {tiger.left:.3f}: {action} {values}")
         if action != "listen":
             break
-        planner.update(None, action, "left")
+        planner.update(None, action, "left")  # pyright: ignore[reportArgumentType]
         heard = 0.85 * tiger.left
         tiger.left = heard / (heard + 0.15 * (1 - tiger.left))
 

@@ -6,6 +6,7 @@ Run: python examples/gym_search.py [--episodes 5]
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -44,13 +45,13 @@ def run(env, choose, seed):
 
 def main():
     """Compare the two agents on the same seeds."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--episodes", type=int, default=5)
     episodes = parser.parse_args().episodes
     register()
-    env = gymnasium.make(ENVIRONMENT).unwrapped
+    env: Any = gymnasium.make(ENVIRONMENT).unwrapped
     greedy = make_planner("greedy", env.space, rng=np.random.default_rng(0))
-    agent = HistoryAgent(env)
+    agent: Any = HistoryAgent(env)
     rng = np.random.default_rng(0)
 
     def greedily(info):

@@ -42,6 +42,6 @@ def main(out: Path) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--out", type=Path, default=Path("listener_and_speaker.png"))
     main(options.parse_args().out)

@@ -84,7 +84,7 @@ def _draw(
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("mistaken_phrase.png"))
     parser.add_argument("--smoke", action="store_true", help="draw coarsely, for tests")
     given = parser.parse_args()

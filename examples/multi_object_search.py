@@ -131,6 +131,6 @@ def _found(world: MosEnvironment) -> set[int]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="plan hardly at all, for tests")
     main(parser.parse_args().smoke)

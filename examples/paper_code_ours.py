@@ -43,6 +43,6 @@ def main(out: Path) -> dict[str, np.ndarray]:
 
 
 if __name__ == "__main__":
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--out", type=Path, default=Path("paper_code_ours.png"))
     main(options.parse_args().out)

@@ -52,17 +52,17 @@ def main(out: Path, smoke: bool = False) -> Result:
     found = {FOUND: _only_at(city, FOUND_AT)}
     print(f"“{TEXT}”")
     sides = {}
+    pairs = {}
     for model in (ONE_SPEAKER, STRANGERS):
         before = sloop.infer(said, city, model=model)
-        after = before.condition(found)
-        sides[model.name] = tuple(p.probability_in(SOUGHT, eastern) for p in (before, after))
+        pairs[model.name] = pair = before, before.condition(found)
+        sides[model.name] = tuple(p.probability_in(SOUGHT, eastern) for p in pair)
         line = "P(Toyota on the eastern side) {:.2f}, once the Honda is found {:.2f}"
         print(f"{model.name}: {line.format(*sides[model.name])}")
-        if model is ONE_SPEAKER:
-            pair = before, after
+    pair = pairs[ONE_SPEAKER.name]
     frames = [posterior.frame(SOUGHT, ground) for posterior in pair]
     west = np.cos(frames[0]["angle"].values) < -np.sqrt(0.5)
-    faces = tuple(float(frame[west].sum()) for frame in frames)
+    faces = float(frames[0][west].sum()), float(frames[1][west].sum())
     print("P(the front is within 45 degrees of west) {:.2f}, then {:.2f}".format(*faces))
     _draw(pair, ground, out, dpi=50 if smoke else 95)
     return Result(sides[ONE_SPEAKER.name], faces, sides[STRANGERS.name])
@@ -114,7 +114,7 @@ def _draw(
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("speaker_frame.png"))
     parser.add_argument("--smoke", action="store_true", help="draw coarsely, for tests")
     given = parser.parse_args()

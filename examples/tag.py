@@ -182,6 +182,6 @@ def chase(agent: TagAgent, state: TagState, sims: int, max_steps: int) -> tuple[
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="plan hardly at all, for tests")
     main(parser.parse_args().smoke)

@@ -58,6 +58,6 @@ def main(out: Path) -> dict[str, sloop.Posterior]:
 
 
 if __name__ == "__main__":
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--out", type=Path, default=Path("word_meanings.png"))
     main(options.parse_args().out)

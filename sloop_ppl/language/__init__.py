@@ -6,6 +6,7 @@ Importing this package imports neither spaCy nor torch; the parsers load on firs
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from sloop_ppl._extras import need_extra
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP, Relation, words_by_class
 from sloop_ppl.language.street_parts import StreetPart
 from sloop_ppl.language.values import (
@@ -91,6 +92,8 @@ def __getattr__(name: str) -> Any:
     """Load a parser's module when it is first asked for."""
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if _LAZY[name] in ("dependency", "pipeline"):
+        need_extra(name, "spacy", "spacy")
     return getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
 
 

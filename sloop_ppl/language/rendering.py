@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
+from sloop_ppl._extras import need_extra
 from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.language.values import Description
 
@@ -88,7 +89,14 @@ def coloured_text(description: Description) -> Text:
 
 
 def html_page(description: Description) -> str:
-    """Return a page with the coloured text, drawn by displaCy, and the relations under it."""
+    """Return a page with the coloured text, drawn by displaCy, and the relations under it.
+
+    Raises
+    ------
+    InputError
+        When spaCy is not installed.
+    """
+    need_extra("A page of a sentence", "spacy", "spacy")
     from spacy import displacy
 
     clean = description.text.encode("utf-8", "replace").decode("utf-8")

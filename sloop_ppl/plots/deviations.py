@@ -11,13 +11,17 @@ from sloop_ppl.plots._axes import new_axes
 from sloop_ppl.plots._palette import ACCENTS, INK, MUTED
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    Numbers = Sequence[float] | NDArray[np.floating]
 
 __all__ = ["draw_deviations", "plot_deviations"]
 
 
-def plot_deviations(boxes: Mapping[str, Sequence[float]], *, ax: Axes | None = None) -> Axes:
+def plot_deviations(boxes: Mapping[str, Numbers], *, ax: Axes | None = None) -> Axes:
     """Draw a box for each predictor: quartiles, whiskers, the mean as a diamond.
 
     Parameters
@@ -59,9 +63,9 @@ def plot_deviations(boxes: Mapping[str, Sequence[float]], *, ax: Axes | None = N
 
 
 def draw_deviations(
-    boxes: Mapping[str, Sequence[float]],
-    agreement: Sequence[float],
-    annotated: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    boxes: Mapping[str, Numbers],
+    agreement: Numbers,
+    annotated: Mapping[str, Numbers] = MappingProxyType({}),
 ) -> Figure:
     """Draw deviations from annotated fronts and, beside them, those from addresses.
 

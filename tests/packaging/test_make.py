@@ -35,6 +35,9 @@ def position(commands, *words):
         ("check", ("mypy", "--strict", "-p sloop_ppl", "cd build/check/site")),
         ("check", ("ruff format --check",)),
         ("check", ("codespell",)),
+        ("docs", ("-m mkdocs build",)),
+        ("tutorials", ("docs/site_tools/tutorials.py",)),
+        ("gallery", ("examples/gallery.py", "--out docs")),
     ],
 )
 def test_a_target_first_makes_the_environment(target, words):
@@ -56,6 +59,13 @@ def test_another_interpreter_and_another_place_may_be_named():
     commands = planned("test", "PYTHON=python3.12", "VENV=elsewhere")
     assert "python3.12 -m venv elsewhere" in commands
     assert not [c for c in commands if ".venv" in c]
+
+
+def test_every_target_is_in_the_help_at_the_top():
+    lines = (ROOT / "Makefile").read_text().splitlines()
+    (phony,) = [line for line in lines if line.startswith(".PHONY: ")]
+    head = "\n".join(line for line in lines[: lines.index("")] if line.startswith("#"))
+    assert [name for name in phony.split()[1:] if f"make {name} " not in head] == []
 
 
 def test_the_default_is_the_demo():

@@ -12,7 +12,7 @@ from support.tree import ROOT, package_names
 # gymnasium imports it by this name, as its own registry wants it
 ALLOWED = {("sloop_ppl.planning.gym_register", name) for name in ("ENVIRONMENT", "register")}
 
-PAGES = sorted([*ROOT.glob("docs/*.md"), ROOT / "README.md", *ROOT.glob("examples/*.py")])
+PAGES = sorted([*ROOT.glob("docs/**/*.md"), ROOT / "README.md", *ROOT.glob("examples/**/*.py")])
 
 
 def imports(page):

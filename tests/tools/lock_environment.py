@@ -6,6 +6,7 @@ are left out: which build of it is installed is chosen by TORCH of the Makefile.
 
 from __future__ import annotations
 
+import platform
 import re
 import subprocess
 import sys
@@ -30,7 +31,13 @@ def main() -> None:
         constraints.write_text("".join(f"{n}=={v}\n" for n, v in known.items() if n != "uv"))
         asked = [
             *(sys.executable, "-m", "uv", "pip", "compile", "pyproject.toml", "--extra", "dev"),
-            *("--python-version", "3.11", "--generate-hashes", "--no-annotate", "--no-header"),
+            *(
+                "--python-version",
+                platform.python_version(),
+                "--generate-hashes",
+                "--no-annotate",
+                "--no-header",
+            ),
             *("--quiet", "--constraint", str(constraints), "--output-file", str(out)),
         ]
         subprocess.run(asked, cwd=ROOT, check=True)
