@@ -6,7 +6,7 @@ from importlib import import_module
 import pytest
 from support.tree import ROOT, ROOTS
 
-ROOMS = ("bridge", "eval", "inference", "language", "models", "planning", "web")
+ROOMS = ("bridge", "eval", "inference", "language", "models", "planning", "simulation", "web")
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -19,7 +19,7 @@ def test_every_name_is_there(room):
         _ = module.whatever
 
 
-@pytest.mark.parametrize("room", ["eval", "inference", "models", "web"])
+@pytest.mark.parametrize("room", ["eval", "inference", "models", "simulation", "web"])
 def test_the_homes_hold_the_names_and_no_others(room):
     module = import_module(f"sloop_ppl.{room}")
     listed = [name for names in module._HOMES.values() for name in names]
@@ -39,7 +39,9 @@ def test_modules_without_public_names_start_with_an_underscore(room):
     assert plain - homes == ({"calibration"} if room == "inference" else set())
 
 
-@pytest.mark.parametrize("room", ["bridge", "cli", "maps", "maps.osm", "plots", "web"])
+@pytest.mark.parametrize(
+    "room", ["bridge", "cli", "maps", "maps.osm", "plots", "simulation", "web"]
+)
 def test_modules_that_the_room_does_not_import_start_with_an_underscore(room):
     folder = ROOT.joinpath("sloop_ppl", *room.split("."))
     tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))

@@ -1,0 +1,89 @@
+"""A drone in a city in three dimensions: the world, flight, camera, and the search flown in it.
+
+Names load on first use; the simulator needs ``sloop-ppl[sim]``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sloop_ppl._rooms import load_later
+
+if TYPE_CHECKING:
+    from sloop_ppl.simulation.camera import Camera, Pinhole
+    from sloop_ppl.simulation.detectors import (
+        DETECTORS,
+        ColourDetector,
+        Detection,
+        Detector,
+        OracleDetector,
+        RayDetector,
+        SegmentationDetector,
+        make_detector,
+    )
+    from sloop_ppl.simulation.drone import Drone
+    from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
+    from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
+    from sloop_ppl.simulation.settings import (
+        CLEARANCE_M,
+        SensorRates,
+        flight_settings,
+        measured_rates,
+    )
+    from sloop_ppl.simulation.vehicle import CameraImage, ImageKind, Stop, Vehicle, VehiclePose
+    from sloop_ppl.simulation.world import World
+
+__all__ = [
+    "CLEARANCE_M",
+    "COLOURS",
+    "DETECTORS",
+    "KIND_SIZES",
+    "Camera",
+    "CameraImage",
+    "ColourDetector",
+    "Detection",
+    "Detector",
+    "Drone",
+    "FlightLog",
+    "ImageKind",
+    "Look",
+    "MujocoEnvironment",
+    "OracleDetector",
+    "Pinhole",
+    "RayDetector",
+    "SegmentationDetector",
+    "SensorRates",
+    "Stop",
+    "Vehicle",
+    "VehiclePose",
+    "World",
+    "flight_settings",
+    "look_of",
+    "make_detector",
+    "measured_rates",
+]
+
+_HOMES = {
+    "camera": ("Camera", "Pinhole"),
+    "detectors": (
+        "DETECTORS",
+        "ColourDetector",
+        "Detection",
+        "Detector",
+        "OracleDetector",
+        "RayDetector",
+        "SegmentationDetector",
+        "make_detector",
+    ),
+    "drone": ("Drone",),
+    "environment": ("FlightLog", "MujocoEnvironment"),
+    "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
+    "settings": ("CLEARANCE_M", "SensorRates", "flight_settings", "measured_rates"),
+    "vehicle": ("CameraImage", "ImageKind", "Stop", "Vehicle", "VehiclePose"),
+    "world": ("World",),
+}
+__getattr__ = load_later(__name__, _HOMES)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
