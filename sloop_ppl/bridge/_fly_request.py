@@ -25,13 +25,16 @@ from sloop_ppl.simulation import (
     Look,
     MujocoEnvironment,
     World,
-    flight_settings,
+    flight_plan,
     look_of,
+    open_share,
 )
 from sloop_ppl.simulation.film import Film, check_film_path
 from sloop_ppl.simulation.world import nearest_free
 
-__all__ = ["FlyRequest", "looks_of", "run_fly_request"]
+__all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request"]
+
+_LEAST_OPEN = 0.02
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,18 @@ def looks_of(posterior: Posterior) -> dict[str, Look]:
     return looks
 
 
+def in_the_open(posterior: Posterior) -> Posterior:
+    """Return the posterior that knows that targets stand in the open.
+
+    Notes
+    -----
+    A cell counts by the share of it that no building covers, at least `_LEAST_OPEN`: what language
+    says of a building is not always about its outside.
+    """
+    share = np.log(np.maximum(open_share(posterior.city), _LEAST_OPEN))
+    return posterior.condition(dict.fromkeys(posterior.targets, share))
+
+
 def _with_beliefs(request: FlyRequest) -> SearchRequest:
     if request.search.sensor is not None:
         raise InputError("The drone senses with --detector; leave --sensor out")
@@ -105,7 +120,6 @@ class _Staging:
     ) -> Staged:
         request, seed = self._request, self._request.search.seed
         rng = np.random.default_rng(seed)
-        config = flight_settings(config, request.altitude_m, request.detector)
         if not posterior.city.of_kind("building"):
             self._notify("note: the map has no buildings; nothing closes flight or sight")
         imagined = self._imagined(posterior, places, rng)
@@ -113,8 +127,9 @@ class _Staging:
         world = World.from_map(posterior.city, everywhere, looks=looks_of(posterior), seed=seed)
         if request.mjcf:
             world.to_mjcf(request.mjcf)
-        posterior = replace(posterior, city=world.city)
-        space = SearchSpace.of_city(world.city, posterior.targets, config)
+        posterior = in_the_open(replace(posterior, city=world.city))
+        config, sensor = flight_plan(world.city, config, request.altitude_m, request.detector)
+        space = SearchSpace.of_city(world.city, posterior.targets, config, sensor=sensor)
         area = None if posterior.area is None else posterior.area.cells
         pose = start_pose(start, space, rng, area)
         drone = Drone(
@@ -124,7 +139,7 @@ class _Staging:
         )  # fmt: skip
         camera = self._stack.enter_context(Camera(world, drone))
         environment = MujocoEnvironment(
-            world, drone, camera, detector=request.detector, config=config
+            world, drone, camera, detector=request.detector, config=config, sensor=sensor
         )
         if environment.detector.needs_pictures or request.video:
             camera.picture()  # says at once when no pictures can be made here
@@ -132,7 +147,7 @@ class _Staging:
         if request.video:
             self.film = Film(camera)
         return Staged(
-            posterior, environment, config, everywhere, tuple(imagined), on_step=self._on_step
+            posterior, environment, config, everywhere, tuple(imagined), sensor, self._on_step
         )
 
     def report(self) -> dict[str, object]:

@@ -34,7 +34,13 @@ from sloop_ppl.inference import Posterior
 from sloop_ppl.maps._given_point import GivenPoint
 from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
-from sloop_ppl.planning import Environment, SearchConfig, SearchInterrupted, write_episode
+from sloop_ppl.planning import (
+    Environment,
+    SearchConfig,
+    SearchInterrupted,
+    Sensor,
+    write_episode,
+)
 from sloop_ppl.planning.episode import Step
 from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.planning.questions import AskedQuestion
@@ -109,6 +115,8 @@ class Staged:
         True place of each target.
     imagined
         Those of them that were drawn.
+    sensor
+        What the planner takes the sensor to be; the fan of the settings when None.
     on_step
         Called after each step, before it is told.
     """
@@ -118,6 +126,7 @@ class Staged:
     config: SearchConfig
     places: Places
     imagined: tuple[str, ...] = ()
+    sensor: Sensor | None = None
     on_step: Callable[[Step], None] | None = None
 
 
@@ -209,7 +218,7 @@ def run_request(
             posterior.city,
             places,
             planner=planner,
-            sensor=request.sensor,
+            sensor=request.sensor if staged is None else staged.sensor,
             sims=request.sims,
             sensor_range_cells=config.sensor_range_cells,
             start=begin,

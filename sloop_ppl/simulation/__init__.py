@@ -24,12 +24,8 @@ if TYPE_CHECKING:
     from sloop_ppl.simulation.drone import Drone
     from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
     from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
-    from sloop_ppl.simulation.settings import (
-        CLEARANCE_M,
-        SensorRates,
-        flight_settings,
-        measured_rates,
-    )
+    from sloop_ppl.simulation.sensor import FlightSensor, SensorRates, open_share
+    from sloop_ppl.simulation.settings import CLEARANCE_M, flight_plan, measured_rates
     from sloop_ppl.simulation.vehicle import CameraImage, ImageKind, Stop, Vehicle, VehiclePose
     from sloop_ppl.simulation.world import World
 
@@ -45,6 +41,7 @@ __all__ = [
     "Detector",
     "Drone",
     "FlightLog",
+    "FlightSensor",
     "ImageKind",
     "Look",
     "MujocoEnvironment",
@@ -57,10 +54,11 @@ __all__ = [
     "Vehicle",
     "VehiclePose",
     "World",
-    "flight_settings",
+    "flight_plan",
     "look_of",
     "make_detector",
     "measured_rates",
+    "open_share",
 ]
 
 _HOMES = {
@@ -78,7 +76,8 @@ _HOMES = {
     "drone": ("Drone",),
     "environment": ("FlightLog", "MujocoEnvironment"),
     "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
-    "settings": ("CLEARANCE_M", "SensorRates", "flight_settings", "measured_rates"),
+    "sensor": ("FlightSensor", "SensorRates", "open_share"),
+    "settings": ("CLEARANCE_M", "flight_plan", "measured_rates"),
     "vehicle": ("CameraImage", "ImageKind", "Stop", "Vehicle", "VehiclePose"),
     "world": ("World",),
 }

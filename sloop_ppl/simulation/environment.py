@@ -11,6 +11,7 @@ from sloop_ppl.errors import InputError, OutsideMap
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.environment import Outcome, Report, SearchEnded
 from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.sensors import Sensor
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.values import SearchAction
 from sloop_ppl.simulation.camera import Camera
@@ -57,8 +58,10 @@ class MujocoEnvironment:
     detector
         Name of one of `DETECTORS`, or a detector.
     config
-        The settings of the search, as `flight_settings` makes them; the planner must be given the
-        same.
+        The settings of the search, as `flight_plan` makes them; the planner must be given the same.
+    sensor
+        The planner's model of the camera, as `flight_plan` makes it; the fan of the settings when
+        None.
 
     Attributes
     ----------
@@ -90,12 +93,13 @@ class MujocoEnvironment:
         *,
         detector: str | Detector = "camera",
         config: SearchConfig = SearchConfig(),  # noqa: B008 - frozen
+        sensor: Sensor | None = None,
     ) -> None:
         if not world.places:
             raise InputError("The world has no target; give World.from_map the places of some")
         self.world, self.drone, self.camera = world, drone, camera
         self.detector = make_detector(detector, camera) if isinstance(detector, str) else detector
-        self.space = SearchSpace.of_city(world.city, tuple(world.places), config)
+        self.space = SearchSpace.of_city(world.city, tuple(world.places), config, sensor=sensor)
         self.log = FlightLog([], [], [])
         self._altitude = drone.estimated_pose.z_m
         grid = world.city.grid
