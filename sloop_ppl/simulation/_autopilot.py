@@ -21,7 +21,7 @@ from sloop_ppl.simulation._airframe import (
     TORQUE_M,
 )
 
-__all__ = ["CONTROL_S", "ESTIMATE", "MEMORY", "NOISES", "autopilot_step"]
+__all__ = ["CONTROL_S", "DRIFT", "ESTIMATE", "MEMORY", "NOISES", "autopilot_step", "no_memory"]
 
 CONTROL_S = 0.01
 """Time between two steps of the controller, seconds."""

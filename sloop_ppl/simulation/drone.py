@@ -12,6 +12,7 @@ from sloop_ppl.rng import child
 from sloop_ppl.simulation._airframe import BODY, GRAVITY_M_S2, MASS_KG
 from sloop_ppl.simulation._autopilot import (
     CONTROL_S,
+    DRIFT,
     ESTIMATE,
     NOISES,
     autopilot_step,
@@ -27,6 +28,7 @@ __all__ = ["Drone"]
 _BATCH = 512
 _ARRIVED_M, _ARRIVED_RAD, _ARRIVED_M_S = 0.25, math.radians(1.5), 0.25
 _REST_M = 0.1
+_ON_GROUND_M = 0.07
 
 
 class Drone:
@@ -116,6 +118,7 @@ class Drone:
         self._rng = child(rng, "drone")
         self._noise, self._row = self._rng.standard_normal((_BATCH, NOISES)), 0
         self._memory = no_memory()
+        self._deviations = np.array([drift_m] * 3 + [yaw_drift_rad])
         towards = float(child(rng, "wind").uniform(0, 2 * math.pi))
         self._air = np.array(
             [
@@ -130,13 +133,7 @@ class Drone:
         self._leaving: set[str] = set()
         self._hull = world.model.geom(f"{BODY}/hull").id
         self._flying = altitude_m > 0
-        self._qpos[:] = x, y, altitude_m or 0.07, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-        self._goal[:3], self._goal[9] = self._qpos[:3], yaw
-        if self._flying:
-            self.data.act[:4] = MASS_KG * GRAVITY_M_S2 / 4
-        mj.mj_forward(world.model, self.data)
-        self._memory[ESTIMATE : ESTIMATE + 3], self._memory[ESTIMATE + 3] = self._qpos[:3], yaw
-        self._settle_poses()
+        self.put(x, y, altitude_m or _ON_GROUND_M, yaw)
 
     @property
     def time_s(self) -> float:
@@ -169,6 +166,25 @@ class Drone:
         """Whether it flies the right way up and above the ground."""
         _, x, y, _ = self._qpos[3:].tolist()
         return self._pose.z_m > 0.5 and 1.0 - 2.0 * (x * x + y * y) > 0.0
+
+    def put(self, x_m: float, y_m: float, z_m: float, yaw_rad: float = 0.0) -> None:
+        """Put it somewhere at rest, with a new error of its estimate; time goes on."""
+        drift = self._deviations * self._rng.standard_normal(4)
+        if z_m <= _ON_GROUND_M:
+            drift[2] = 0.0
+        self._qpos[:] = x_m, y_m, z_m, math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)
+        self._qvel[:] = 0.0
+        self._memory[:] = 0.0
+        self._memory[DRIFT : DRIFT + 4] = drift
+        self._memory[ESTIMATE : ESTIMATE + 4] = np.array([x_m, y_m, z_m, yaw_rad]) + drift
+        self._goal[:] = 0.0
+        self._goal[:3] = self._memory[ESTIMATE : ESTIMATE + 3]
+        self._goal[9] = self._memory[ESTIMATE + 3]
+        self._collision = None
+        if self._flying:
+            self.data.act[:4] = MASS_KG * GRAVITY_M_S2 / 4
+        mujoco().mj_forward(self.world.model, self.data)
+        self._settle_poses()
 
     def watch(self, callback: Callable[[Drone], None], every_s: float) -> None:
         """Call back with the drone again and again while it flies, such as to film it.

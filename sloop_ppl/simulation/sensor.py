@@ -13,8 +13,8 @@ import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap
-from sloop_ppl.planning.obstacles import height_m
-from sloop_ppl.planning.pose import Pose
+from sloop_ppl.planning.obstacles import Offsets, height_m
+from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.planning.sensors import FanSensor, MaskSensor
 
 __all__ = ["FlightSensor", "SensorRates", "open_share"]
@@ -91,21 +91,41 @@ class FlightSensor(MaskSensor):
         )
         self._reach = math.ceil(range_cells + _SLACK_CELLS)
         self._visible = _visible_cells(city, altitude_m, self._reach)
+        side = 2 * self._reach + 1
+        self._windows = np.zeros((HEADINGS, side, side), dtype=bool)
+        for heading, fan in enumerate(self._fan.offsets()):
+            for dr, dc in fan:
+                self._windows[heading, dr + self._reach, dc + self._reach] = True
 
     def view(self, pose: Pose) -> NDArray[np.bool_]:
         """Return the cells in view, True where seen, shape (H, W)."""
-        mask = self._fan.view(pose)
-        row, col = self.grid.cell_covering(pose[0], pose[1])
-        reach = self._reach
+        grid, reach = self.grid, self._reach
+        row, col = grid.cell_covering(pose[0], pose[1])
         # The window of the table that lies on the map.
         top, left = max(row - reach, 0), max(col - reach, 0)
-        end, right = min(row + reach + 1, mask.shape[0]), min(col + reach + 1, mask.shape[1])
-        window = self._visible[row, col][
+        end, right = min(row + reach + 1, grid.n_rows), min(col + reach + 1, grid.n_cols)
+        part = np.s_[
             top - row + reach : end - row + reach, left - col + reach : right - col + reach
         ]
-        seen = np.zeros_like(mask)
-        seen[top:end, left:right] = mask[top:end, left:right] & window
+        eighths = pose[2] / (2 * math.pi / HEADINGS)
+        off = abs(pose[0] - grid.x_m[col]) + abs(pose[1] - grid.y_m[row])
+        if off + abs(eighths - round(eighths)) < 1e-6:
+            # From the middle of a cell, as planners ask a hundred thousand times.
+            fan = self._windows[round(eighths) % HEADINGS][part]
+        else:
+            fan = self._fan.view(pose)[top:end, left:right]
+        seen = np.zeros(grid.shape, dtype=bool)
+        seen[top:end, left:right] = fan & self._visible[row, col][part]
         return seen
+
+    def offsets(self) -> tuple[Offsets, ...]:
+        """Return the fan by heading; buildings may hide some of it."""
+        return self._fan.offsets()
+
+    @property
+    def hides(self) -> bool:
+        """Whether less than the fan may be in view; always True."""
+        return True
 
 
 def open_share(city: CityMap) -> NDArray[np.float64]:
