@@ -218,21 +218,16 @@ def _look_around(
     grid = world.city.grid
     cells = {t: grid.cell_at(*place) for t, place in world.places.items()}
     free = [c for c in range(space.n_cells) if c not in space.no_fly]
-    near = [
-        c
-        for c in free
-        if any(
-            max(abs(c // space.n_cols - r), abs(c % space.n_cols - k)) <= 3
-            for r, k in cells.values()
-        )
-    ]
     drone = Drone(world, (0.0, 0.0), altitude_m=60.0, wind_m_s=2.0, rng=rng)
     with Camera(world, drone) as camera:
         looking = {s.detector: make_detector(s.detector, camera) for s in scores}
         for number in range(poses):
-            pool = near if number % 3 and near else free
-            cell, heading = int(rng.choice(pool)), int(rng.integers(HEADINGS))
-            planned = space.pose_at(cell * HEADINGS + heading)
+            wanted = [*cells.values()][int(rng.integers(len(cells)))]
+            for _ in range(2000 if number % 3 else 1):
+                cell, heading = int(rng.choice(free)), int(rng.integers(HEADINGS))
+                planned = space.pose_at(cell * HEADINGS + heading)
+                if sensor.view(planned)[wanted]:
+                    break
             drone.put(planned.x_m, planned.y_m, altitude_m, planned.heading_rad)
             drone.hover(seconds=0.3)
             believed, true = drone.estimated_pose, drone.pose
@@ -265,7 +260,7 @@ def _count(
         score.out_of_view += 1
         score.false_reports += reported is not None
         return
-    row, col = grid.cell_at(planned.x_m, planned.y_m)
+    row, col = grid.cell_covering(planned.x_m, planned.y_m)
     band = min(int(math.hypot(cell[0] - row, cell[1] - col)), _BANDS - 1)
     kind = score.by_kind.setdefault(world.looks[name].kind, [0, 0])
     score.in_view += 1

@@ -113,8 +113,12 @@ def _is_convex(ring: NDArray[np.float64]) -> bool:
     after = np.roll(edge, -1, axis=0)
     cross = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
     scale = np.hypot(*edge.T) * np.hypot(*after.T)
+    along = (edge * after).sum(axis=1)
+    # An edge that turns back on the one before it is no corner.
+    if not bool(((cross > 0) | (along > 0)).all()):
+        return False
     if not bool((cross >= -_SLACK * np.maximum(scale, _SLACK)).all()):
         return False
     # One turn in all, else a ring that winds twice would pass.
-    turns = np.arctan2(cross, (edge * after).sum(axis=1)).sum()
+    turns = np.arctan2(cross, along).sum()
     return bool(abs(turns - 2 * math.pi) < 1e-3)

@@ -22,7 +22,7 @@ __all__ = ["FlightSensor", "SensorRates", "open_share"]
 _SLACK_CELLS, _SLACK_DEG = 0.1, 6.0
 _TARGET_M = 0.8
 _PIXEL_M = 1.0
-_LEAST_VISIBLE = 0.35
+_LEAST_VISIBLE = 0.5
 """Share of a cell that must be visible for the cell to count as in view."""
 
 
