@@ -104,7 +104,9 @@ def fly(
 
     Ctrl-C ends the flight and leaves what was done in the files asked for.
     """
-    _need_simulator()
+    from sloop_ppl.simulation import need_simulator
+
+    need_simulator()
     from sloop_ppl.bridge._fly_request import FlyRequest, run_fly_request
     from sloop_ppl.bridge._search_request import SearchRequest
 
@@ -122,10 +124,3 @@ def fly(
     for line in unused_options(context, planner):
         progress(line)
     print_json(lines.report) if json else print_data(*lines.summary)
-
-
-def _need_simulator() -> None:
-    """Say which extra is missing before anything is read."""
-    from sloop_ppl.simulation._mujoco import mujoco
-
-    mujoco()

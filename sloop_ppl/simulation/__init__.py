@@ -25,7 +25,13 @@ if TYPE_CHECKING:
     from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
     from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
     from sloop_ppl.simulation.sensor import FlightSensor, SensorRates, open_share
-    from sloop_ppl.simulation.settings import CLEARANCE_M, flight_plan, measured_rates
+    from sloop_ppl.simulation.settings import (
+        CLEARANCE_M,
+        flight_plan,
+        measured_rates,
+        need_simulator,
+        read_altitudes,
+    )
     from sloop_ppl.simulation.vehicle import CameraImage, ImageKind, Stop, Vehicle, VehiclePose
     from sloop_ppl.simulation.world import World
 
@@ -58,7 +64,9 @@ __all__ = [
     "look_of",
     "make_detector",
     "measured_rates",
+    "need_simulator",
     "open_share",
+    "read_altitudes",
 ]
 
 _HOMES = {
@@ -77,7 +85,13 @@ _HOMES = {
     "environment": ("FlightLog", "MujocoEnvironment"),
     "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
     "sensor": ("FlightSensor", "SensorRates", "open_share"),
-    "settings": ("CLEARANCE_M", "flight_plan", "measured_rates"),
+    "settings": (
+        "CLEARANCE_M",
+        "flight_plan",
+        "measured_rates",
+        "need_simulator",
+        "read_altitudes",
+    ),
     "vehicle": ("CameraImage", "ImageKind", "Stop", "Vehicle", "VehiclePose"),
     "world": ("World",),
 }

@@ -8,9 +8,10 @@ from dataclasses import replace
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
 from sloop_ppl.planning.config import SearchConfig
+from sloop_ppl.simulation._mujoco import mujoco
 from sloop_ppl.simulation.sensor import FlightSensor, SensorRates
 
-__all__ = ["CLEARANCE_M", "flight_plan", "measured_rates"]
+__all__ = ["CLEARANCE_M", "flight_plan", "measured_rates", "need_simulator", "read_altitudes"]
 
 CLEARANCE_M = 1.6
 """How far planned flights keep from walls, metres: the hull, and five deviations of the drift."""
@@ -35,6 +36,34 @@ def measured_rates(detector: str) -> SensorRates:
         Name of one of `DETECTORS`; another one is taken to be as good as ``camera``.
     """
     return _MEASURED.get(detector, _MEASURED["camera"])
+
+
+def need_simulator() -> None:
+    """Say which extra is missing, where it is.
+
+    Raises
+    ------
+    InputError
+        When mujoco is not installed.
+    """
+    mujoco()
+
+
+def read_altitudes(typed: str) -> tuple[float, ...]:
+    """Return altitudes typed as ``14,10``.
+
+    Raises
+    ------
+    InputError
+        When one is no number.
+    """
+    try:
+        altitudes = tuple(float(part) for part in typed.split(",") if part.strip())
+    except ValueError:
+        altitudes = ()
+    if not altitudes:
+        raise InputError(f"Altitudes '{typed}' are malformed; expected numbers such as 14,10")
+    return altitudes
 
 
 def flight_plan(
