@@ -102,8 +102,8 @@ def flown_summary(trials: Sequence[FlownTrial]) -> list[ArmSummary]:
 def flown_lines(summaries: Sequence[ArmSummary]) -> list[str]:
     """Return the summaries as a Markdown table."""
     lines = [
-        "| arm | n | success | of grid | steps | reward | detected | false | wrong finds | "
-        "collisions / moves | time, s |",
+        "| arm | n | success | of grid | steps | reward | detected | false | wrong finds"
+        " | collisions / moves | time, s |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for s in summaries:
