@@ -4,6 +4,7 @@
 #   make web      say a sentence and watch the search in the browser; it prints the address
 #   make test     run the tests
 #   make test-web run the tests of the pages in Chromium, which it installs
+#   make graphics install what the simulator makes pictures with, where apt-get can
 #   make check    ruff, codespell, and mypy --strict on the built wheel
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
 #   make coverage run the tests and print which share of each room's statements they ran
@@ -42,7 +43,7 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo web test test-web check mutants coverage venv lock clean
+.PHONY: demo web test test-web graphics check mutants coverage venv lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -65,6 +66,14 @@ test-web: $(STAMP)
 	test -e out/axe/node_modules/axe-core || \
 	  npm install --silent --prefix out/axe --no-save --ignore-scripts $(AXE) || true
 	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web $(if $(PICTURES),--pictures $(PICTURES))
+
+# EGL of Mesa draws without a screen. Where nothing can be installed, tests that need pictures skip.
+GRAPHICS := libegl1 libgl1-mesa-dri libosmesa6
+graphics:
+	ldconfig -p 2>/dev/null | grep -qE 'libEGL.so.1|libOSMesa' || ! command -v apt-get >/dev/null || \
+	  apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  (apt-get update && (apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri)) || true
 
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)
