@@ -61,9 +61,10 @@ class FlightSensor(MaskSensor):
 
     Notes
     -----
-    A cell is in view when the line of sight to enough of its points, 0.8 m above the ground or on a
-    roof, passes over every building between. The fan has a tolerance of half a metre and a few
-    degrees, which takes in no further cell from the middle of a cell and loses none from beside it.
+    A cell is in view when the line of sight to half of its points, 0.8 m above the ground, passes
+    over every building between; of a cell that is all built on, its roof counts. The fan has a
+    tolerance of half a metre and a few degrees, which takes in no further cell from the middle of a
+    cell and loses none from beside it.
     """
 
     def __init__(
@@ -160,7 +161,8 @@ def _visible_cells(city: CityMap, altitude_m: float, reach: int) -> NDArray[np.b
         for dc in range(-reach, reach + 1):
             if math.hypot(dr, dc) > reach + 0.5:
                 continue
-            free, points = np.zeros(grid.shape), np.zeros(grid.shape)
+            # On the ground and, for cells that are all roof, on roofs.
+            free, points = np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape))
             for u in (-third, 0.0, third):
                 for v in (-third, 0.0, third):
                     end_x, end_y = x + dc * grid.cell_m + u, y + dr * grid.cell_m + v
@@ -172,9 +174,11 @@ def _visible_cells(city: CityMap, altitude_m: float, reach: int) -> NDArray[np.b
                     for t in np.arange(0.5, length, _PIXEL_M) / max(length, _PIXEL_M):
                         line = altitude_m + t * (floor - altitude_m)
                         clear &= height_at(x + t * (end_x - x), y + t * (end_y - y)) <= line
-                    free += clear
-                    points += counted
-            visible[:, :, dr + reach, dc + reach] = (points > 0) & (free >= _LEAST_VISIBLE * points)
+                    for k, kind in enumerate((roof <= 0, roof > 0)):
+                        free[k] += clear & kind
+                        points[k] += counted & kind
+            seen, of = (np.where(points[0] > 0, a[0], a[1]) for a in (free, points))
+            visible[:, :, dr + reach, dc + reach] = (of > 0) & (seen >= _LEAST_VISIBLE * of)
     return visible
 
 
