@@ -6,6 +6,7 @@
 #   make test-web run the tests of the pages in Chromium, which it installs
 #   make docs     build the documentation as a site into build/site; open its index.html
 #   make tutorials run the notebooks and write their pages; make gallery draws every plot anew
+#   make graphics install what the simulator makes pictures with, where apt-get can
 #   make check    ruff, codespell, and mypy --strict on the built wheel
 #   make pyright  check the examples with pyright against the built wheel's types; needs node
 #   make mutants  change the code in 300 places, one at a time, and see whether the tests notice
@@ -45,7 +46,7 @@ STAMP := $(VENV)/.installed
 MUTANTS_STAMP := $(VENV)/.installed-mutants
 WHEEL := build/check
 
-.PHONY: demo web test test-web docs tutorials gallery check pyright mutants coverage venv lock clean
+.PHONY: demo web test test-web graphics docs tutorials gallery check pyright mutants coverage venv lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -79,6 +80,14 @@ tutorials: $(STAMP)
 
 gallery: $(STAMP)
 	$(BIN)/python examples/gallery.py --out docs
+
+# EGL of Mesa draws without a screen. Where nothing can be installed, tests that need pictures skip.
+GRAPHICS := libegl1 libgl1-mesa-dri libosmesa6
+graphics:
+	ldconfig -p 2>/dev/null | grep -qE 'libEGL.so.1|libOSMesa' || ! command -v apt-get >/dev/null || \
+	  apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  (apt-get update && (apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri)) || true
 
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)

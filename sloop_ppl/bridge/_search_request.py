@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -34,7 +34,13 @@ from sloop_ppl.inference import Posterior
 from sloop_ppl.maps._given_point import GivenPoint
 from sloop_ppl.models import fitting_note
 from sloop_ppl.outputs import check_output
-from sloop_ppl.planning import SearchConfig, SearchInterrupted, write_episode
+from sloop_ppl.planning import (
+    Environment,
+    SearchConfig,
+    SearchInterrupted,
+    Sensor,
+    write_episode,
+)
 from sloop_ppl.planning.episode import Step
 from sloop_ppl.planning.planners import planner_of
 from sloop_ppl.planning.questions import AskedQuestion
@@ -44,7 +50,7 @@ from sloop_ppl.rng import child
 if TYPE_CHECKING:
     from sloop_ppl.bridge.asking import Dialogue
 
-__all__ = ["SearchRequest", "SearchResult", "run_request"]
+__all__ = ["SearchRequest", "SearchResult", "Stage", "Staged", "run_request"]
 
 
 @dataclass(frozen=True)
@@ -94,6 +100,51 @@ class SearchRequest:
 
 
 @dataclass(frozen=True)
+class Staged:
+    """A search that is set in a world of its own.
+
+    Parameters
+    ----------
+    posterior
+        What is believed, on the map of that world.
+    environment
+        Where the search takes place; it begins where this is.
+    config
+        The settings it is planned with.
+    places
+        True place of each target.
+    imagined
+        Those of them that were drawn.
+    sensor
+        What the planner takes the sensor to be; the fan of the settings when None.
+    on_step
+        Called after each step, before it is told.
+    """
+
+    posterior: Posterior
+    environment: Environment
+    config: SearchConfig
+    places: Places
+    imagined: tuple[str, ...] = ()
+    sensor: Sensor | None = None
+    on_step: Callable[[Step], None] | None = None
+
+
+class Stage(Protocol):
+    """What sets a search in a world of its own."""
+
+    def __call__(
+        self,
+        posterior: Posterior,
+        places: Places,
+        config: SearchConfig,
+        start: tuple[float, ...] | None,
+    ) -> Staged:
+        """Return the search in its world."""
+        ...
+
+
+@dataclass(frozen=True)
 class SearchResult:
     """What came of a request: the posterior before it, the episode, and how to tell of them."""
 
@@ -107,6 +158,7 @@ def run_request(
     request: SearchRequest,
     notify: Callable[[str], None],
     on_posterior: Callable[[Posterior], None] | None = None,
+    stage: Stage | None = None,
 ) -> SearchResult:
     """Infer, search and write what was asked for.
 
@@ -114,6 +166,8 @@ def run_request(
     ----------
     on_posterior
         Called with the posterior before the search.
+    stage
+        What sets the search in a world of its own; on the grid when None.
 
     Raises
     ------
@@ -136,8 +190,15 @@ def run_request(
             notify(line)
     if on_posterior is not None:
         on_posterior(posterior)
+    begin = None if start is None else (*start[0].on(grid), *start[1])
+    staged = None if stage is None else stage(posterior, places, config, begin)
+    if staged is not None:
+        posterior, config, places = staged.posterior, staged.config, dict(staged.places)
+        begin = None  # the world has it
 
     def on_step(step: Step) -> None:
+        if staged is not None and staged.on_step is not None:
+            staged.on_step(step)
         for line in why_lines(step) if request.explain else ():
             notify(line)
         notify(step_line(step))
@@ -157,10 +218,10 @@ def run_request(
             posterior.city,
             places,
             planner=planner,
-            sensor=request.sensor,
+            sensor=request.sensor if staged is None else staged.sensor,
             sims=request.sims,
-            sensor_range_cells=request.sensor_range_cells,
-            start=None if start is None else (*start[0].on(grid), *start[1]),
+            sensor_range_cells=config.sensor_range_cells,
+            start=begin,
             rng=np.random.default_rng(request.seed),
             config=config,
             on_step=on_step,
@@ -170,13 +231,18 @@ def run_request(
             one_at_a_time=request.one_at_a_time,
             dialogue=_dialogue(request),
             on_question=on_question,
+            environment=None if staged is None else staged.environment,
         )
     except SearchInterrupted as stopped:
+        if staged is not None:
+            stopped.episode = replace(stopped.episode, imagined=staged.imagined)
         if isinstance(stopped.episode, PosteriorEpisode):
             _write(request, posterior, stopped.episode)
         if keeper is not None and keeper.kept:
             keeper.write()
         raise
+    if staged is not None:
+        episode = replace(episode, imagined=staged.imagined)
     for step in episode.pending_steps:
         notify(
             f"never said, for the search ended after {episode.steps} steps: “{utterances[step]}”"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,9 @@ from sloop_ppl.cli._options import (
     unused_options,
 )
 from sloop_ppl.cli._output import print_data, print_json, progress
+
+if TYPE_CHECKING:
+    from sloop_ppl.maps import CityMap
 
 __all__ = ["app"]
 
@@ -385,3 +388,81 @@ def fit(
     else:
         tables = fit_tables(selection, fitted)
         print_data(*(line for table in tables for line in table_lines(table)))
+
+
+@app.command()
+def camera(
+    maps: Annotated[
+        str | None,
+        typer.Option(help="Names or paths of maps, separated by commas; else the bundled maps."),
+    ] = None,
+    altitudes: Annotated[str, typer.Option(help="How high the drone hangs, metres.")] = "14,10",
+    detectors: Annotated[
+        str, typer.Option(help="Detectors, separated by commas.")
+    ] = "camera,segmentation,rays",
+    poses: Annotated[int, typer.Option(min=1, help="Poses of each map and altitude.")] = 60,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw rates and errors, .png .pdf .svg.")
+    ] = None,
+    seed: Seed = 0,
+    json: Json = False,
+) -> None:
+    """Measure how often the drone's detectors err, over poses around targets in the simulator."""
+    from sloop_ppl.eval._camera_sweep import sweep_camera, sweep_figure, sweep_lines
+    from sloop_ppl.maps import bundled_maps, load_map
+    from sloop_ppl.plots import check_figure_path, save_figure
+    from sloop_ppl.simulation import need_simulator, read_altitudes
+
+    need_simulator()
+    if figure:
+        check_figure_path(figure)
+    names = [n for n in (maps or "").split(",") if n] or bundled_maps()
+    scores = sweep_camera(
+        [load_map(n) for n in names], altitudes_m=read_altitudes(altitudes),
+        detectors=tuple(d for d in detectors.split(",") if d), poses=poses, seed=seed,
+        notify=progress,
+    )  # fmt: skip
+    if figure:
+        save_figure(sweep_figure(scores), figure)
+    if json:
+        print_json({"poses": poses, "seed": seed, "scores": [s.to_json() for s in scores]})
+    else:
+        print_data(*sweep_lines(scores))
+
+
+@app.command()
+def fly(
+    out: Annotated[Path, typer.Option(help="Folder of the run; a stopped run goes on there.")],
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Description files, .jsonl; else the bundled.", show_default=False),
+    ] = None,
+    maps: Maps = None,
+    targets: Annotated[int, typer.Option(min=1, help="Described targets, at most.")] = 40,
+    seeds: Annotated[int, typer.Option(min=1, help="Trials of each.")] = 2,
+    sims: Sims = 500,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of a search, at most.")] = 120,
+    json: Json = False,
+) -> None:
+    """Search for the same targets on the grid, with rays, and with the camera in the simulator."""
+    from sloop_ppl.eval._flown import fly_trials
+    from sloop_ppl.eval._flown_report import flown_lines, flown_summary
+    from sloop_ppl.eval.descriptions import bundled_examples, read_descriptions
+    from sloop_ppl.maps import load_map
+    from sloop_ppl.simulation import need_simulator
+
+    need_simulator()
+    described = read_descriptions(files, maps) if files else bundled_examples()
+
+    def find_map(name: str) -> CityMap:
+        return load_map(name if maps is None else maps / f"{name}.geojson")
+
+    trials = fly_trials(
+        described, find_map, out, targets=targets, seeds=seeds, sims=sims, max_steps=steps,
+        notify=progress,
+    )  # fmt: skip
+    summary = flown_summary(trials)
+    if json:
+        print_json({"arms": [s.to_json() for s in summary]})
+    else:
+        print_data(*flown_lines(summary))

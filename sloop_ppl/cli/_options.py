@@ -2,35 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from sloop_ppl.errors import InputError
+
 __all__ = [
+    "Animation",
+    "AnswerError",
+    "Answers",
     "Area",
     "Engine",
+    "EpisodeOut",
     "Epochs",
+    "Explain",
+    "Figure",
     "Files",
+    "FindEach",
     "Fov",
     "Frames",
     "Hearer",
     "Json",
     "Map",
     "Maps",
+    "MaybeMap",
+    "MaybeText",
     "Model",
     "Nlp",
     "Params",
     "Patience",
+    "Planner",
+    "PosteriorOut",
     "Prior",
+    "QuestionCost",
+    "QuestionSteps",
+    "Questions",
+    "Range",
+    "Rollout",
+    "Say",
     "Seed",
+    "Settings",
     "Sims",
+    "Start",
+    "Steps",
     "Targets",
     "Text",
+    "TruePlaces",
     "Variant",
     "Viewpoint",
     "as_typed",
     "given",
+    "refuse_options",
+    "refuse_options_of_answers",
     "unused_options",
 ]
 
@@ -105,6 +131,71 @@ Area = Annotated[
         show_default=False,
     ),
 ]
+MaybeText = Annotated[
+    str | None, typer.Argument(help="What was said, in English.", show_default=False)
+]
+MaybeMap = Annotated[
+    str | None,
+    typer.Option("--map", help="A bundled map's name or a .geojson file.", show_default=False),
+]
+TruePlaces = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Where a target truly is, OBJECT=x,y in metres or OBJECT=@lat,lon in degrees; "
+        "else it is imagined."
+    ),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(help="Where the search starts, x,y[,heading] or @lat,lon[,heading]; else drawn."),
+]
+Say = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--say", help="STEP=TEXT: what is said once so many steps are taken; may be repeated."
+    ),
+]
+Planner = Annotated[str, typer.Option(help="Planner, see `sloop list planners`; or FILE.py:NAME.")]
+Range = Annotated[float, typer.Option("--range", help="How far the sensor sees, cells.")]
+Steps = Annotated[
+    int | None,
+    typer.Option(
+        help="Steps after which the search ends; else 200, more on a larger map.",
+        show_default=False,
+    ),
+]
+Rollout = Annotated[
+    str | None,
+    typer.Option(
+        help="Rollouts: published, random, or informed (fast alone); else the planner's own.",
+        show_default=False,
+    ),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="NAME=VALUE of any other setting, such as no_fly=true."),
+]
+FindEach = Annotated[
+    bool, typer.Option("--find-each", help="One find action per target, as in the paper.")
+]
+Answers = Annotated[
+    str | None,
+    typer.Option(
+        help="Who answers questions: human, simulated, or a file of answers; else none.",
+        show_default=False,
+    ),
+]
+Questions = Annotated[int, typer.Option(help="How many questions may be asked.")]
+QuestionCost = Annotated[float, typer.Option(help="What a question takes from the reward.")]
+QuestionSteps = Annotated[int, typer.Option(help="How many steps a question takes.")]
+AnswerError = Annotated[float, typer.Option(help="How often answers are wrong, or taken to be.")]
+Explain = Annotated[bool, typer.Option("--explain", help="Say before each step why it is taken.")]
+EpisodeOut = Annotated[Path | None, typer.Option(help="Save the episode, .json.")]
+PosteriorOut = Annotated[
+    Path | None, typer.Option(help="Save what is believed after the search, .nc.")
+]
+Figure = Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")]
+Animation = Annotated[Path | None, typer.Option(help="Film the search, .gif or .mp4.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 
@@ -129,3 +220,19 @@ def unused_options(context: typer.Context, planner: str) -> list[str]:
         for name in given(context)
         if name in ("sims", "rollout")
     ]
+
+
+def refuse_options(names: Iterable[str], option: str, reason: str) -> None:
+    """Refuse the first of the options that do not go with another one."""
+    for name in names:
+        raise InputError(f"{as_typed(name)} does not go with {option}; leave it out: {reason}")
+
+
+_OF_ANSWERS = ("questions", "question_cost", "question_steps", "answer_error")
+
+
+def refuse_options_of_answers(context: typer.Context, answers: str | None) -> None:
+    """Refuse what only answers use where nobody answers."""
+    if answers is None:
+        names = (n for n in given(context) if n in _OF_ANSWERS)
+        refuse_options(names, "a search without --answers", "nobody answers")

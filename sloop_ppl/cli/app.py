@@ -21,6 +21,7 @@ from sloop_ppl.cli import (
     _asking,
     _belief,
     _evaluation,
+    _fly,
     _frames,
     _language,
     _maps,
@@ -64,6 +65,7 @@ app.command("parse")(_language.parse)
 app.command("infer")(_belief.infer)
 app.command("ask")(_asking.ask)
 app.command("search")(_search.search)
+app.command("fly")(_fly.fly)
 app.add_typer(_maps.app, name="map")
 app.add_typer(_frames.app, name="frames")
 app.add_typer(_evaluation.app, name="eval")

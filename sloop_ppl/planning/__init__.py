@@ -16,7 +16,13 @@ if TYPE_CHECKING:
     from sloop_ppl.planning._compile import notify_compiling
     from sloop_ppl.planning.baselines import Greedy, Random
     from sloop_ppl.planning.belief import GridBelief
-    from sloop_ppl.planning.environment import Environment, GridEnvironment, Outcome, Report
+    from sloop_ppl.planning.environment import (
+        Environment,
+        GridEnvironment,
+        Outcome,
+        Report,
+        SearchEnded,
+    )
     from sloop_ppl.planning.episode import Episode, PlanInfo, SearchInterrupted, Step
     from sloop_ppl.planning.fast import Fast, warm_up
     from sloop_ppl.planning.files import read_episode, write_episode
@@ -96,6 +102,7 @@ __all__ = [
     "RunningPlanner",
     "SearchAction",
     "SearchConfig",
+    "SearchEnded",
     "SearchInterrupted",
     "SearchObservation",
     "SearchObservationModel",
@@ -126,7 +133,7 @@ __all__ = [
 _HOMES = {
     "_compile": ("notify_compiling",),
     "belief": ("GridBelief",),
-    "environment": ("Environment", "GridEnvironment", "Outcome", "Report"),
+    "environment": ("Environment", "GridEnvironment", "Outcome", "Report", "SearchEnded"),
     "episode": ("Episode", "PlanInfo", "SearchInterrupted", "Step"),
     "fast": ("Fast", "warm_up"),
     "files": ("read_episode", "write_episode"),

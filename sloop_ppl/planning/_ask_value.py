@@ -86,7 +86,7 @@ class ReturnEstimator:
             sensor, motion = self.space._given
             space = SearchSpace(
                 self.space.grid, self.space.target_ids, config, self.space.tall,
-                sensor=sensor, motion=motion,
+                sensor=sensor, motion=motion, walls=self.space.walls,
             )  # fmt: skip
             self._running[sims] = RunningPathSearch(space)
         running = self._running[sims]

@@ -60,6 +60,9 @@ class SearchConfig:
         Tall buildings cannot be flown over.
     flight_height_m
         Buildings at least this tall are tall, metres.
+    clearance_m
+        With `no_fly`, how far a straight flight keeps from tall buildings, metres, >= 0; with 0
+        cells alone count, whose centre is in a building or not.
     move_reward, right_find_reward, wrong_find_reward
         Rewards of a move or turn, of a find that marks a new target, and of one that marks none.
     collision_reward
@@ -118,6 +121,7 @@ class SearchConfig:
     position_noise_cells: float = 0.0
     no_fly: bool = False
     flight_height_m: float = 10.0
+    clearance_m: float = 0.0
     move_reward: float = -10.0
     right_find_reward: float = 1000.0
     wrong_find_reward: float = -1000.0
@@ -163,7 +167,7 @@ class SearchConfig:
         for name in ("false_positive_rate", "recovery_weight", *SLIPS):
             if not 0 <= getattr(self, name) < 1:
                 raise InputError(f"{name} is {getattr(self, name)}; expected a number in [0, 1)")
-        for name in ("position_noise_cells", "flight_height_m"):
+        for name in ("position_noise_cells", "flight_height_m", "clearance_m"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise InputError(f"{name} is {getattr(self, name)}; expected a number >= 0")
         if self.rollout is not None and self.rollout not in ROLLOUTS:

@@ -24,6 +24,7 @@ __all__ = [
     "GridEnvironment",
     "Outcome",
     "Report",
+    "SearchEnded",
     "checked_outcome",
     "given_places",
     "observation_of",
@@ -90,6 +91,20 @@ class Outcome(NamedTuple):
     collision: bool = False
 
 
+class SearchEnded(Exception):
+    """The robot cannot go on: raised by `Environment.execute`, it ends the search as it stands.
+
+    Parameters
+    ----------
+    reason
+        Why, as a sentence for the notes of the episode, such as "The battery is empty".
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(reason)
+
+
 @runtime_checkable
 class Environment(Protocol):
     """What a search asks of a simulator or a robot.
@@ -103,7 +118,13 @@ class Environment(Protocol):
     pose: Pose
 
     def execute(self, action: SearchAction) -> Outcome:
-        """Carry out an action, whose `name` tells it, and return what came of it."""
+        """Carry out an action, whose `name` tells it, and return what came of it.
+
+        Raises
+        ------
+        SearchEnded
+            When the robot cannot go on; the episode then ends with what was done before.
+        """
         ...
 
 

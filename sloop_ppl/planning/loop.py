@@ -28,6 +28,7 @@ from sloop_ppl.planning.environment import (
     Environment,
     GridEnvironment,
     Outcome,
+    SearchEnded,
     checked_outcome,
     given_places,
     observation_of,
@@ -195,7 +196,7 @@ def run_search(
     running = make_planner(chosen, space, rng=rng)
     record = _Record(space, keep_beliefs)
     record.begin(pose, agent.belief)
-    notes = (*space.config.size_notes(config), *unreachable_notes(agent.belief))
+    notes = [*space.config.size_notes(config), *unreachable_notes(agent.belief)]
     if notify is not None:
         for note in notes:
             notify(note)
@@ -208,7 +209,7 @@ def run_search(
             config=space.config,
             places=MappingProxyType({t: (float(x), float(y)) for t, (x, y) in known.items()}),
             targets=ids,
-            notes=notes,
+            notes=tuple(notes),
             questions=tuple(dialogue.asked) if dialogue is not None else (),
             **record.columns(),
         )
@@ -223,7 +224,14 @@ def run_search(
                 else:
                     action, info = dialogue.choose(agent, running, len(record.actions))
                 info = replace(info, expected=expected_sightings(agent.belief))
-                outcome = checked_outcome(space, action, environment.execute(action))
+                try:
+                    done = environment.execute(action)
+                except SearchEnded as ended:
+                    notes.append(ended.reason)
+                    if notify is not None:
+                        notify(ended.reason)
+                    break
+                outcome = checked_outcome(space, action, done)
                 after = robot_after(space, robot, action, outcome)
                 observation = observation_of(space, action, after, outcome)
                 _learn(agent, running, action, observation, after, outcome, on_observation)

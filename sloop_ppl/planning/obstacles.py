@@ -6,11 +6,15 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.maps import CityMap, Landmark
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 __all__ = [
     "DEFAULT_HEIGHTS_M",
@@ -20,6 +24,7 @@ __all__ = [
     "height_m",
     "is_blocked",
     "tall_cells",
+    "walls_of",
 ]
 
 Offsets = tuple[tuple[int, int], ...]
@@ -75,6 +80,24 @@ def tall_cells(city: CityMap, flight_height_m: float) -> NDArray[np.bool_]:
             shapely.prepare(footprint)
             tall |= shapely.contains_xy(footprint, x, y)
     return tall
+
+
+def walls_of(city: CityMap, flight_height_m: float) -> BaseGeometry:
+    """Return what tall buildings cover, as one geometry; it may be empty.
+
+    Parameters
+    ----------
+    flight_height_m
+        As in `tall_cells`.
+    """
+    import shapely
+
+    tall = [
+        city.footprint(b.id) for b in city.of_kind("building") if height_m(b) >= flight_height_m > 0
+    ]
+    walls: BaseGeometry = shapely.union_all(tall)
+    shapely.prepare(walls)
+    return walls
 
 
 def is_blocked(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from sloop_ppl.planning.motion import (
     SlippingMotion,
     move_table,
 )
-from sloop_ppl.planning.obstacles import Offsets, is_blocked, tall_cells
+from sloop_ppl.planning.obstacles import Offsets, is_blocked, tall_cells, walls_of
 from sloop_ppl.planning.pose import HEADINGS, Pose
 from sloop_ppl.planning.sensors import (
     FanSensor,
@@ -30,6 +30,9 @@ from sloop_ppl.planning.sensors import (
     load_sensor,
 )
 from sloop_ppl.planning.values import RobotState, SearchAction
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 __all__ = ["MAX_TARGETS", "SearchSpace"]
 
@@ -54,6 +57,8 @@ class SearchSpace:
     tall
         Cells of buildings that close flight and sight where the settings ask for it, True where
         they stand, shape (H, W).
+    walls
+        What these buildings cover, metres, from which flights keep `SearchConfig.clearance_m`.
     sensor
         What the robot senses; the fan of the settings when None.
     motion
@@ -82,6 +87,7 @@ class SearchSpace:
         *,
         sensor: Sensor | MaskSensor | None = None,
         motion: Motion | None = None,
+        walls: BaseGeometry | None = None,
     ) -> None:
         if not 1 <= len(target_ids) <= MAX_TARGETS:
             raise InputError(
@@ -94,6 +100,9 @@ class SearchSpace:
         # Row-major flat indices throughout: cell = row * n_cols + col.
         self.tall = np.zeros(grid.shape, dtype=bool) if tall is None else tall
         self.no_fly = frozenset(np.flatnonzero(self.tall).tolist() if config.no_fly else ())
+        self.walls = walls if config.no_fly and config.clearance_m > 0 else None
+        if self.walls is not None:
+            self.no_fly |= _cells_near(grid, self.walls, config.clearance_m)
         self.target_ids = target_ids
         self.max_finds = config.max_finds or len(target_ids)
         self.all_found = (1 << len(target_ids)) - 1
@@ -109,6 +118,7 @@ class SearchSpace:
         self.move_table: MoveTable = move_table(self.motion, grid.cell_m)
         self._robots: dict[tuple[int, int, int, bool, bool], RobotState] = {}
         self._views: dict[int, frozenset[int]] = {}
+        self._near_walls: dict[tuple[int, int], frozenset[int]] = {}
         self._cells: dict[int, NDArray[np.intp]] = {}
 
     @classmethod
@@ -134,10 +144,12 @@ class SearchSpace:
         """
         if isinstance(sensor, str):
             sensor = load_sensor(sensor, city)
-        tall = None
+        tall = walls = None
         if config.no_fly or config.occlusion:
             tall = tall_cells(city, config.flight_height_m)
-        return cls(city.grid, target_ids, config, tall, sensor=sensor, motion=motion)
+        if config.no_fly and config.clearance_m > 0:
+            walls = walls_of(city, config.flight_height_m)
+        return cls(city.grid, target_ids, config, tall, sensor=sensor, motion=motion, walls=walls)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -317,7 +329,23 @@ class SearchSpace:
         if not (0 <= row + rows < self.n_rows and 0 <= col + cols < self.n_cols):
             return False
         end = (row + rows) * self.n_cols + col + cols
-        return end in self.no_fly or is_blocked(self.no_fly, self.n_cols, row, col, rows, cols)
+        if end in self.no_fly or is_blocked(self.no_fly, self.n_cols, row, col, rows, cols):
+            return True
+        return self.walls is not None and row * self.n_cols + col in self._too_near(rows, cols)
+
+    def _too_near(self, rows: int, cols: int) -> frozenset[int]:
+        """Return the cells from which a straight flight to an offset comes too near to walls."""
+        near = self._near_walls.get((rows, cols))
+        if near is None:
+            import shapely
+
+            x, y = (a.ravel() for a in np.meshgrid(self.grid.x_m, self.grid.y_m))
+            step = self.grid.cell_m
+            ends = [[x, x + cols * step], [y, y + rows * step]]
+            flights = shapely.linestrings(np.moveaxis(np.array(ends), (0, 1, 2), (2, 1, 0)))
+            hit = shapely.dwithin(flights, self.walls, self.config.clearance_m)
+            near = self._near_walls[rows, cols] = frozenset(np.flatnonzero(hit).tolist())
+        return near
 
     def displaced(self, pose: int, rows: int, cols: int, turn: int) -> tuple[int, bool]:
         """Return the pose at an offset, and whether a building stopped the robot before it.
@@ -379,7 +407,7 @@ class SearchSpace:
 
     def __reduce__(self) -> tuple[Any, ...]:
         sensor, motion = self._given
-        made = self.grid, self.target_ids, self.config, self.tall, sensor, motion
+        made = self.grid, self.target_ids, self.config, self.tall, sensor, motion, self.walls
         return _space, made
 
 
@@ -390,8 +418,18 @@ def _space(
     tall: NDArray[np.bool_],
     sensor: Sensor | None,
     motion: Motion | None,
+    walls: BaseGeometry | None,
 ) -> SearchSpace:
-    return SearchSpace(grid, target_ids, config, tall, sensor=sensor, motion=motion)
+    return SearchSpace(grid, target_ids, config, tall, sensor=sensor, motion=motion, walls=walls)
+
+
+def _cells_near(grid: Grid, walls: BaseGeometry, distance_m: float) -> frozenset[int]:
+    """Return the cells whose centre is within a distance of walls, as flat indices."""
+    import shapely
+
+    x, y = np.meshgrid(grid.x_m, grid.y_m)
+    near = shapely.dwithin(shapely.points(x, y), walls, distance_m)
+    return frozenset(np.flatnonzero(near).tolist())
 
 
 def _grid_of(n_rows: int, n_cols: int) -> Grid:

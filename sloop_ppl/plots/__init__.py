@@ -1,7 +1,7 @@
 """Figures: maps, beliefs, frames and searches, drawn with matplotlib on the axes that are given."""
 
 from sloop_ppl.plots import _backend  # noqa: F401 - before matplotlib is imported
-from sloop_ppl.plots.animation import animate_search
+from sloop_ppl.plots.animation import animate_search, search_frames
 from sloop_ppl.plots.bars import plot_components, plot_influence, plot_latent, plot_words
 from sloop_ppl.plots.belief import plot_belief, plot_beliefs
 from sloop_ppl.plots.belief_parts import plot_change, plot_relations
@@ -46,4 +46,5 @@ __all__ = [
     "plot_sheets",
     "plot_words",
     "save_figure",
+    "search_frames",
 ]

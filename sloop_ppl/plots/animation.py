@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-__all__ = ["animate_search"]
+__all__ = ["animate_search", "search_frames"]
 
 Beliefs = Mapping[str, NDArray[np.float64]]
 _SIZE_IN = (6.4, 6.9)
@@ -106,6 +106,32 @@ def animate_search(
         ) from error
     tell_missing(missing, f"Animation '{path}'")
     return chosen
+
+
+def search_frames(
+    episode: EpisodeLike,
+    city: CityMap,
+    *,
+    beliefs: Sequence[Beliefs] | Beliefs | None = None,
+    imagined: Sequence[str] = (),
+) -> list[Image]:
+    """Return the pictures of an animation, one a pose.
+
+    Parameters
+    ----------
+    episode, city, beliefs, imagined
+        As in `animate_search`.
+
+    Returns
+    -------
+    list of PIL.Image.Image
+        Pictures of equal and even size.
+    """
+    with collected_glyphs() as missing:
+        scene = _Scene(episode, city, _by_pose(episode, beliefs), tuple(imagined))
+        frames = [scene.frame(step) for step in range(len(episode.poses))]
+    tell_missing(missing, "The animation")
+    return frames
 
 
 def _by_pose(

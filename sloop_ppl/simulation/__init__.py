@@ -1,6 +1,7 @@
-"""Simulators to search in: an environment on AirSim's clients, and a server that speaks to them.
+"""A drone in a city in three dimensions: the world, flight, camera, the search flown in it; AirSim.
 
-Names load on first use; the client needs ``sloop-ppl[airsim]``, the server ``sloop-ppl[sim]``.
+Names load on first use; the simulator and the server need ``sloop-ppl[sim]``, the client of AirSim
+``sloop-ppl[airsim]``.
 """
 
 from __future__ import annotations
@@ -12,26 +13,100 @@ from sloop_ppl._rooms import load_later
 if TYPE_CHECKING:
     from sloop_ppl.simulation.airsim_client import AirSimEnvironment, connect
     from sloop_ppl.simulation.airsim_server import AIRSIM_PORT, AirSimServer, serve
+    from sloop_ppl.simulation.camera import Camera, Pinhole
+    from sloop_ppl.simulation.detectors import (
+        DETECTORS,
+        ColourDetector,
+        Detection,
+        Detector,
+        OracleDetector,
+        RayDetector,
+        SegmentationDetector,
+        make_detector,
+    )
+    from sloop_ppl.simulation.drone import Drone
+    from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
+    from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
+    from sloop_ppl.simulation.sensor import FlightSensor, SensorRates, open_share
     from sloop_ppl.simulation.served_drone import ServedDrone
-    from sloop_ppl.simulation.vehicle import CameraImage, Vehicle, VehiclePose
+    from sloop_ppl.simulation.settings import (
+        CLEARANCE_M,
+        flight_plan,
+        measured_rates,
+        need_simulator,
+        read_altitudes,
+    )
+    from sloop_ppl.simulation.vehicle import CameraImage, ImageKind, Stop, Vehicle, VehiclePose
+    from sloop_ppl.simulation.world import World
 
 __all__ = [
     "AIRSIM_PORT",
+    "CLEARANCE_M",
+    "COLOURS",
+    "DETECTORS",
+    "KIND_SIZES",
     "AirSimEnvironment",
     "AirSimServer",
+    "Camera",
     "CameraImage",
+    "ColourDetector",
+    "Detection",
+    "Detector",
+    "Drone",
+    "FlightLog",
+    "FlightSensor",
+    "ImageKind",
+    "Look",
+    "MujocoEnvironment",
+    "OracleDetector",
+    "Pinhole",
+    "RayDetector",
+    "SegmentationDetector",
+    "SensorRates",
     "ServedDrone",
+    "Stop",
     "Vehicle",
     "VehiclePose",
+    "World",
     "connect",
+    "flight_plan",
+    "look_of",
+    "make_detector",
+    "measured_rates",
+    "need_simulator",
+    "open_share",
+    "read_altitudes",
     "serve",
 ]
 
 _HOMES = {
     "airsim_client": ("AirSimEnvironment", "connect"),
     "airsim_server": ("AIRSIM_PORT", "AirSimServer", "serve"),
+    "camera": ("Camera", "Pinhole"),
+    "detectors": (
+        "DETECTORS",
+        "ColourDetector",
+        "Detection",
+        "Detector",
+        "OracleDetector",
+        "RayDetector",
+        "SegmentationDetector",
+        "make_detector",
+    ),
+    "drone": ("Drone",),
+    "environment": ("FlightLog", "MujocoEnvironment"),
+    "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
+    "sensor": ("FlightSensor", "SensorRates", "open_share"),
     "served_drone": ("ServedDrone",),
-    "vehicle": ("CameraImage", "Vehicle", "VehiclePose"),
+    "settings": (
+        "CLEARANCE_M",
+        "flight_plan",
+        "measured_rates",
+        "need_simulator",
+        "read_altitudes",
+    ),
+    "vehicle": ("CameraImage", "ImageKind", "Stop", "Vehicle", "VehiclePose"),
+    "world": ("World",),
 }
 __getattr__ = load_later(__name__, _HOMES)
 

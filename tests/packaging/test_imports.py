@@ -8,7 +8,7 @@ from support.tree import module_names, run_python
 
 HEAVY = (
     "torch", "pyro", "spacy", "matplotlib.pyplot", "pomdp_py", "osmium", "osmnx", "numba", "arviz",
-    "scipy", "xarray", "pyproj", "shapely",
+    "scipy", "xarray", "pyproj", "shapely", "mujoco",
 )  # fmt: skip
 
 LOADED = "import json, sys; print(json.dumps(sorted(sys.modules)))"
@@ -38,7 +38,7 @@ def test_help_loads_nothing_heavy(tmp_path, arguments):
     assert sorted(set(loaded) & set(HEAVY)) == []
 
 
-@pytest.mark.parametrize("room", ["maps", "language", "plots", "planning"])
+@pytest.mark.parametrize("room", ["maps", "language", "plots", "planning", "simulation"])
 def test_a_room_costs_no_torch_nor_spacy(tmp_path, room):
     loaded = json.loads(run_python(f"import sloop_ppl.{room}; {LOADED}", tmp_path).splitlines()[-1])
     assert sorted(set(loaded) & {"torch", "pyro", "spacy", "matplotlib.pyplot", "numba"}) == []

@@ -39,7 +39,9 @@ def test_modules_without_public_names_start_with_an_underscore(room):
     assert plain - homes == ({"calibration"} if room == "inference" else set())
 
 
-@pytest.mark.parametrize("room", ["bridge", "cli", "maps", "maps.osm", "plots", "web"])
+@pytest.mark.parametrize(
+    "room", ["bridge", "cli", "maps", "maps.osm", "plots", "simulation", "web"]
+)
 def test_modules_that_the_room_does_not_import_start_with_an_underscore(room):
     folder = ROOT.joinpath("sloop_ppl", *room.split("."))
     tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))

@@ -1,0 +1,206 @@
+"""Carry out what ``sloop fly`` asks for: a search whose moves are flown in the simulator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from sloop_ppl.bridge._search_request import SearchRequest, SearchResult, Staged, run_request
+from sloop_ppl.bridge._timed_utterances import descriptions_of, read_utterances
+from sloop_ppl.bridge.searching import Places, imagined_places
+from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.inference import Posterior
+from sloop_ppl.planning import SearchConfig, SearchSpace, Step
+from sloop_ppl.planning.environment import start_pose
+from sloop_ppl.rng import child
+from sloop_ppl.simulation import (
+    DETECTORS,
+    Camera,
+    Drone,
+    Look,
+    MujocoEnvironment,
+    World,
+    flight_plan,
+    look_of,
+    open_share,
+)
+from sloop_ppl.simulation.film import Film, check_film_path
+from sloop_ppl.simulation.world import nearest_free
+
+__all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request"]
+
+_LEAST_OPEN = 0.02
+
+
+@dataclass(frozen=True)
+class FlyRequest:
+    """What ``sloop fly`` asks for beside the search; see its options."""
+
+    search: SearchRequest
+    altitude_m: float = 14.0
+    wind_m_s: float = 2.0
+    detector: str = "camera"
+    video: Path | None = None
+    battery_steps: int | None = None
+    mjcf: Path | None = None
+
+
+def run_fly_request(request: FlyRequest, notify: Callable[[str], None]) -> SearchResult:
+    """Infer, fly and write what was asked for.
+
+    Raises
+    ------
+    SloopError
+        For any mistake in the request, before anything is flown.
+    SearchInterrupted
+        On Ctrl-C, once what was done until then has been written.
+    """
+    if request.detector not in DETECTORS:
+        raise UnknownName("detector", request.detector, DETECTORS)
+    if request.video:
+        check_film_path(request.video)
+    with ExitStack() as stack:
+        staging = _Staging(request, notify, stack)
+        result = run_request(_with_beliefs(request), notify, stage=staging)
+        if staging.film is not None and request.video:
+            staging.film.write(request.video, result.episode)
+        return replace(result, report={**result.report, **staging.report()})
+
+
+def looks_of(posterior: Posterior) -> dict[str, Look]:
+    """Return what the targets of a posterior look like, as far as it was declared."""
+    declared = {t.id: t for d in posterior.descriptions for t in d.targets}
+    looks = {}
+    for name in posterior.targets:
+        target = declared.get(name)
+        looks[name] = look_of(name, target and target.kind, target and target.colour)
+    return looks
+
+
+def in_the_open(posterior: Posterior) -> Posterior:
+    """Return the posterior that knows that targets stand in the open.
+
+    Notes
+    -----
+    A cell counts by the share of it that no building covers, at least `_LEAST_OPEN`: what language
+    says of a building is not always about its outside.
+    """
+    share = np.log(np.maximum(open_share(posterior.city), _LEAST_OPEN))
+    return posterior.condition(dict.fromkeys(posterior.targets, share))
+
+
+def _with_beliefs(request: FlyRequest) -> SearchRequest:
+    if request.search.sensor is not None:
+        raise InputError("The drone senses with --detector; leave --sensor out")
+    keep = request.search.keep_beliefs or request.video is not None
+    return replace(request.search, keep_beliefs=keep)
+
+
+class _Staging:
+    """Makes world, drone and camera once the posterior is known."""
+
+    def __init__(
+        self, request: FlyRequest, notify: Callable[[str], None], stack: ExitStack
+    ) -> None:
+        self._request, self._notify, self._stack = request, notify, stack
+        self.film: Film | None = None
+        self._environment: MujocoEnvironment | None = None
+
+    def __call__(
+        self,
+        posterior: Posterior,
+        places: Places,
+        config: SearchConfig,
+        start: tuple[float, ...] | None,
+    ) -> Staged:
+        request, seed = self._request, self._request.search.seed
+        rng = np.random.default_rng(seed)
+        if not posterior.city.of_kind("building"):
+            self._notify("note: the map has no buildings; nothing closes flight or sight")
+        imagined = self._imagined(posterior, places, rng)
+        everywhere = {t: {**places, **imagined}[t] for t in posterior.targets}
+        world = World.from_map(posterior.city, everywhere, looks=looks_of(posterior), seed=seed)
+        if request.mjcf:
+            world.to_mjcf(request.mjcf)
+        posterior = in_the_open(replace(posterior, city=world.city))
+        config, sensor = flight_plan(world.city, config, request.altitude_m, request.detector)
+        space = SearchSpace.of_city(world.city, posterior.targets, config, sensor=sensor)
+        area = None if posterior.area is None else posterior.area.cells
+        pose = start_pose(start, space, rng, area)
+        drone = Drone(
+            world, (pose.x_m, pose.y_m, pose.heading_rad), altitude_m=request.altitude_m,
+            wind_m_s=request.wind_m_s, battery_steps=request.battery_steps,
+            rng=child(rng, "environment"),
+        )  # fmt: skip
+        camera = self._stack.enter_context(Camera(world, drone))
+        environment = MujocoEnvironment(
+            world, drone, camera, detector=request.detector, config=config, sensor=sensor
+        )
+        if environment.detector.needs_pictures or request.video:
+            camera.picture()  # says at once when no pictures can be made here
+        self._environment = environment
+        if request.video:
+            self.film = Film(camera)
+        return Staged(
+            posterior, environment, config, everywhere, tuple(imagined), sensor, self._on_step
+        )
+
+    def report(self) -> dict[str, object]:
+        """Return what ``sloop fly --json`` has beside the keys of a search."""
+        environment = self._environment
+        if environment is None:
+            return {}
+        log = environment.log
+        return {
+            "collisions": [{"step": step, "with": name} for step, name in log.collisions],
+            "detections": [
+                [
+                    {
+                        "target": d.target,
+                        "place": [round(v, 3) for v in d.place],
+                        "share": round(d.share, 3),
+                    }
+                    for d in seen
+                ]
+                for seen in log.detections
+            ],
+            "time_s": round(environment.drone.time_s, 2),
+            "altitude_m": self._request.altitude_m,
+            "wind_m_s": self._request.wind_m_s,
+            "detector": self._request.detector,
+        }
+
+    def _imagined(
+        self, posterior: Posterior, places: Places, rng: np.random.Generator
+    ) -> dict[str, tuple[float, float]]:
+        """Draw the places that are not told, in the open, in the light of all that will be said."""
+        informed = posterior
+        typed = read_utterances(self._request.search.utterances)
+        for step, description in descriptions_of(posterior, typed).items():
+            informed = informed.update(description, rng=child(rng, "said", step))
+        drawn = imagined_places(informed, places, rng=rng, targets=posterior.targets)
+        open_air = {}
+        for name, place in drawn.items():
+            free = nearest_free(posterior.city, place)
+            if math.dist(free, place) > 0:
+                self._notify(
+                    f"note: {name} was imagined inside a building and stands beside it, at "
+                    f"({free[0]:.1f}, {free[1]:.1f})"
+                )
+            open_air[name] = free
+        return open_air
+
+    def _on_step(self, step: Step) -> None:
+        environment = self._environment
+        if environment is None:
+            return
+        log = environment.log
+        if self.film is not None:
+            self.film.look(log.detections[-1] if log.detections else ())
+        if step.collision and log.collisions:
+            self._notify(f"     hit {log.collisions[-1][1]} and went back")

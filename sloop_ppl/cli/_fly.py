@@ -1,0 +1,126 @@
+"""`sloop fly`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sloop_ppl.cli._options import (
+    AnswerError,
+    Answers,
+    Area,
+    Engine,
+    EpisodeOut,
+    Explain,
+    Figure,
+    Frames,
+    Hearer,
+    Json,
+    MaybeMap,
+    MaybeText,
+    Model,
+    Params,
+    Planner,
+    Prior,
+    QuestionCost,
+    Questions,
+    QuestionSteps,
+    Say,
+    Seed,
+    Settings,
+    Sims,
+    Start,
+    Steps,
+    Targets,
+    TruePlaces,
+    Variant,
+    Viewpoint,
+    refuse_options_of_answers,
+    unused_options,
+)
+from sloop_ppl.cli._output import print_data, print_json, progress
+
+__all__ = ["fly"]
+
+
+def fly(
+    context: typer.Context,
+    text: MaybeText = None,
+    map_: MaybeMap = None,
+    place: TruePlaces = None,
+    start: Start = None,
+    targets: Targets = None,
+    model: Model = "bayes",
+    variant: Variant = "published",
+    engine: Engine = "exact",
+    frames: Frames = None,
+    params: Params = None,
+    prior: Prior = None,
+    viewpoint: Viewpoint = "map",
+    hearer: Hearer = None,
+    area: Area = None,
+    utterances: Say = None,
+    altitude: Annotated[float, typer.Option(help="How high the drone flies, metres.")] = 14.0,
+    wind: Annotated[
+        float, typer.Option(help="Speed of the wind, m/s; its gusts are a third of it.")
+    ] = 2.0,
+    detector: Annotated[
+        str,
+        typer.Option(
+            help="What sees the targets: camera (colour and size in the picture), segmentation, "
+            "rays (needs no graphics) or oracle."
+        ),
+    ] = "camera",
+    battery: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Steps that the battery lasts; else for ever.", show_default=False
+        ),
+    ] = None,
+    planner: Planner = "fast",
+    sims: Sims = 1000,
+    steps: Steps = None,
+    settings: Settings = None,
+    answers: Answers = None,
+    questions: Questions = 1,
+    question_cost: QuestionCost = 10,
+    question_steps: QuestionSteps = 0,
+    answer_error: AnswerError = 0.1,
+    explain: Explain = False,
+    seed: Seed = 0,
+    out: EpisodeOut = None,
+    figure: Figure = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Film the flight, its camera and the belief, .gif or .mp4.")
+    ] = None,
+    mjcf: Annotated[
+        Path | None, typer.Option(help="Write the city as MuJoCo reads it, .xml.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Infer where the targets of a sentence are and fly a drone through the city to find them.
+
+    Ctrl-C ends the flight and leaves what was done in the files asked for.
+    """
+    from sloop_ppl.simulation import need_simulator
+
+    need_simulator()
+    from sloop_ppl.bridge._fly_request import FlyRequest, run_fly_request
+    from sloop_ppl.bridge._search_request import SearchRequest
+
+    refuse_options_of_answers(context, answers)
+    request = SearchRequest(
+        text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
+        model=model, variant=variant, engine=engine, frames=frames, params=params, prior=prior,
+        viewpoint=viewpoint, hearer=hearer, area=area, utterances=tuple(utterances or ()),
+        planner=planner, sims=sims, max_steps=steps, settings=tuple(settings or ()), seed=seed,
+        out=out, figure=figure, explain=explain, answers=answers, questions=questions,
+        question_cost=question_cost, question_steps=question_steps, answer_error=answer_error,
+    )  # fmt: skip
+    flight = FlyRequest(request, altitude, wind, detector, video, battery, mjcf)
+    lines = run_fly_request(flight, notify=progress)
+    for line in unused_options(context, planner):
+        progress(line)
+    print_json(lines.report) if json else print_data(*lines.summary)
