@@ -10,7 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sloop_ppl.bridge._search_request import SearchRequest, SearchResult, Staged, run_request
+from sloop_ppl.bridge._search_request import (
+    SearchRequest,
+    SearchResult,
+    Staged,
+    prepared,
+    run_request,
+)
 from sloop_ppl.bridge._timed_utterances import descriptions_of, read_utterances
 from sloop_ppl.bridge.searching import Places, imagined_places
 from sloop_ppl.errors import InputError, UnknownName
@@ -24,15 +30,17 @@ from sloop_ppl.simulation import (
     Drone,
     Look,
     MujocoEnvironment,
+    ServedDrone,
     World,
     flight_plan,
     look_of,
     open_share,
+    serve,
 )
 from sloop_ppl.simulation.film import Film, check_film_path
 from sloop_ppl.simulation.world import nearest_free
 
-__all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request"]
+__all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request", "serve_flight"]
 
 _LEAST_OPEN = 0.02
 
@@ -72,6 +80,36 @@ def run_fly_request(request: FlyRequest, notify: Callable[[str], None]) -> Searc
         return replace(result, report={**result.report, **staging.report()})
 
 
+def serve_flight(request: FlyRequest, port: int, notify: Callable[[str], None]) -> None:
+    """Put the targets of a sentence into the simulator and let AirSim's clients fly the drone.
+
+    Parameters
+    ----------
+    request
+        What is flown; of the search only what is inferred, the places and the start count.
+    port
+        Where it is served, on this machine alone; 0 takes a free one.
+
+    Raises
+    ------
+    SloopError
+        For any mistake in the request, or when the port cannot be had.
+    """
+    posterior, places, config, start = prepared(request.search, notify)
+    with ExitStack() as stack:
+        staging = _Staging(request, notify, stack)
+        camera = staging.parked(posterior, places, config, start)
+        for name, (x, y) in staging.places.items():
+            notify(f"{name} stands at ({x:.1f}, {y:.1f})")
+        serve(
+            ServedDrone(camera),
+            port,
+            ready=lambda server: notify(
+                f"AirSim's calls are answered at 127.0.0.1:{server.port}; Ctrl-C ends it"
+            ),
+        )
+
+
 def looks_of(posterior: Posterior) -> dict[str, Look]:
     """Return what the targets of a posterior look like, as far as it was declared."""
     declared = {t.id: t for d in posterior.descriptions for t in d.targets}
@@ -109,6 +147,7 @@ class _Staging:
     ) -> None:
         self._request, self._notify, self._stack = request, notify, stack
         self.film: Film | None = None
+        self.places: dict[str, tuple[float, float]] = {}
         self._environment: MujocoEnvironment | None = None
 
     def __call__(
@@ -118,37 +157,70 @@ class _Staging:
         config: SearchConfig,
         start: tuple[float, ...] | None,
     ) -> Staged:
-        request, seed = self._request, self._request.search.seed
-        rng = np.random.default_rng(seed)
-        if not posterior.city.of_kind("building"):
-            self._notify("note: the map has no buildings; nothing closes flight or sight")
-        imagined = self._imagined(posterior, places, rng)
-        everywhere = {t: {**places, **imagined}[t] for t in posterior.targets}
-        world = World.from_map(posterior.city, everywhere, looks=looks_of(posterior), seed=seed)
-        if request.mjcf:
-            world.to_mjcf(request.mjcf)
+        request, rng = self._request, np.random.default_rng(self._request.search.seed)
+        world, imagined = self._world(posterior, places, rng)
         posterior = in_the_open(replace(posterior, city=world.city))
         config, sensor = flight_plan(world.city, config, request.altitude_m, request.detector)
         space = SearchSpace.of_city(world.city, posterior.targets, config, sensor=sensor)
-        area = None if posterior.area is None else posterior.area.cells
-        pose = start_pose(start, space, rng, area)
-        drone = Drone(
-            world, (pose.x_m, pose.y_m, pose.heading_rad), altitude_m=request.altitude_m,
-            wind_m_s=request.wind_m_s, battery_steps=request.battery_steps,
-            rng=child(rng, "environment"),
-        )  # fmt: skip
-        camera = self._stack.enter_context(Camera(world, drone))
+        camera = self._camera(world, space, posterior, start, request.altitude_m, rng)
         environment = MujocoEnvironment(
-            world, drone, camera, detector=request.detector, config=config, sensor=sensor
+            world, camera.drone, camera, detector=request.detector, config=config, sensor=sensor
         )
         if environment.detector.needs_pictures or request.video:
             camera.picture()  # says at once when no pictures can be made here
         self._environment = environment
         if request.video:
             self.film = Film(camera)
-        return Staged(
-            posterior, environment, config, everywhere, tuple(imagined), sensor, self._on_step
+        return Staged(posterior, environment, config, self.places, imagined, sensor, self._on_step)
+
+    def parked(
+        self,
+        posterior: Posterior,
+        places: Places,
+        config: SearchConfig,
+        start: tuple[float, ...] | None,
+    ) -> Camera:
+        """Return the camera of a drone that waits on the ground."""
+        rng = np.random.default_rng(self._request.search.seed)
+        world, _ = self._world(posterior, places, rng)
+        on_ground = replace(config, no_fly=True, flight_height_m=0.1)
+        space = SearchSpace.of_city(world.city, posterior.targets, on_ground)
+        return self._camera(world, space, posterior, start, 0.0, rng)
+
+    def _world(
+        self, posterior: Posterior, places: Places, rng: np.random.Generator
+    ) -> tuple[World, tuple[str, ...]]:
+        """Build the world; return it with the names of the targets whose places were drawn."""
+        if not posterior.city.of_kind("building"):
+            self._notify("note: the map has no buildings; nothing closes flight or sight")
+        imagined = self._imagined(posterior, places, rng)
+        self.places = {t: {**places, **imagined}[t] for t in posterior.targets}
+        world = World.from_map(
+            posterior.city, self.places, looks=looks_of(posterior), seed=self._request.search.seed
         )
+        if self._request.mjcf:
+            world.to_mjcf(self._request.mjcf)
+        return world, tuple(imagined)
+
+    def _camera(
+        self,
+        world: World,
+        space: SearchSpace,
+        posterior: Posterior,
+        start: tuple[float, ...] | None,
+        altitude_m: float,
+        rng: np.random.Generator,
+    ) -> Camera:
+        """Return the camera of a drone at the start."""
+        request = self._request
+        area = None if posterior.area is None else posterior.area.cells
+        pose = start_pose(start, space, rng, area)
+        drone = Drone(
+            world, (pose.x_m, pose.y_m, pose.heading_rad), altitude_m=altitude_m,
+            wind_m_s=request.wind_m_s, battery_steps=request.battery_steps,
+            rng=child(rng, "environment"),
+        )  # fmt: skip
+        return self._stack.enter_context(Camera(world, drone))
 
     def report(self) -> dict[str, object]:
         """Return what ``sloop fly --json`` has beside the keys of a search."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -50,7 +50,15 @@ from sloop_ppl.rng import child
 if TYPE_CHECKING:
     from sloop_ppl.bridge.asking import Dialogue
 
-__all__ = ["SearchRequest", "SearchResult", "Stage", "Staged", "run_request"]
+__all__ = [
+    "Prepared",
+    "SearchRequest",
+    "SearchResult",
+    "Stage",
+    "Staged",
+    "prepared",
+    "run_request",
+]
 
 
 @dataclass(frozen=True)
@@ -176,21 +184,12 @@ def run_request(
     SearchInterrupted
         On Ctrl-C, once what was done until then has been written.
     """
-    given, start = read_places(request.places), read_start(request.start)
     utterances = read_utterances(request.utterances)
     planner = planner_of(request.planner)
-    config = _config(request)
     _check_outputs(request)
-    posterior = _posterior(request, given)
-    grid = posterior.city.grid
-    places = {name: point.on(grid) for name, point in given.items()}
-    questions = point_questions(grid, request.places, request.start, request.hearer)
-    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
-        if line:
-            notify(line)
+    posterior, places, config, begin = prepared(request, notify)
     if on_posterior is not None:
         on_posterior(posterior)
-    begin = None if start is None else (*start[0].on(grid), *start[1])
     staged = None if stage is None else stage(posterior, places, config, begin)
     if staged is not None:
         posterior, config, places = staged.posterior, staged.config, dict(staged.places)
@@ -252,6 +251,36 @@ def run_request(
         keeper.write()
     report = {**_named(request, posterior, episode), **episode.to_json()}
     return SearchResult(posterior, episode, report, (outcome_line(episode),))
+
+
+class Prepared(NamedTuple):
+    """What a search begins with: the posterior, places that are told, settings, a start."""
+
+    posterior: Posterior
+    places: dict[str, tuple[float, float]]
+    config: SearchConfig
+    start: tuple[float, ...] | None
+
+
+def prepared(request: SearchRequest, notify: Callable[[str], None]) -> Prepared:
+    """Infer where the targets are, and read what the search is told beside that.
+
+    Raises
+    ------
+    SloopError
+        For any mistake in the request.
+    """
+    given, start = read_places(request.places), read_start(request.start)
+    config = _config(request)
+    posterior = _posterior(request, given)
+    grid = posterior.city.grid
+    places = {name: point.on(grid) for name, point in given.items()}
+    questions = point_questions(grid, request.places, request.start, request.hearer)
+    for line in (*questions, fitting_note(posterior.model), *unresolved_lines(posterior)):
+        if line:
+            notify(line)
+    begin = None if start is None else (*start[0].on(grid), *start[1])
+    return Prepared(posterior, places, config, begin)
 
 
 def _posterior(request: SearchRequest, places: Mapping[str, GivenPoint]) -> Posterior:

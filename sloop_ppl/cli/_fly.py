@@ -98,6 +98,15 @@ def fly(
     mjcf: Annotated[
         Path | None, typer.Option(help="Write the city as MuJoCo reads it, .xml.")
     ] = None,
+    serve: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            help="Search nothing; AirSim's clients fly the drone from this port (0: a free one).",
+            show_default=False,
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are and fly a drone through the city to find them.
@@ -107,7 +116,7 @@ def fly(
     from sloop_ppl.simulation import need_simulator
 
     need_simulator()
-    from sloop_ppl.bridge._fly_request import FlyRequest, run_fly_request
+    from sloop_ppl.bridge._fly_request import FlyRequest, run_fly_request, serve_flight
     from sloop_ppl.bridge._search_request import SearchRequest
 
     refuse_options_of_answers(context, answers)
@@ -120,6 +129,9 @@ def fly(
         question_cost=question_cost, question_steps=question_steps, answer_error=answer_error,
     )  # fmt: skip
     flight = FlyRequest(request, altitude, wind, detector, video, battery, mjcf)
+    if serve is not None:
+        serve_flight(flight, serve, notify=progress)
+        return
     lines = run_fly_request(flight, notify=progress)
     for line in unused_options(context, planner):
         progress(line)
