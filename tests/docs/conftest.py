@@ -16,6 +16,7 @@ def run_page(tmp_path, monkeypatch) -> Callable[[Path], dict[str, object]]:
     """Return a function that runs a page's Python in an empty folder and returns its names.
 
     A block that begins with the comment ``# name.py`` is what one puts into a file of that name.
+    One after a comment ``<!-- not run: ... -->`` needs what a test has not.
     """
     matplotlib.use("agg")
     monkeypatch.chdir(tmp_path)
@@ -25,7 +26,9 @@ def run_page(tmp_path, monkeypatch) -> Callable[[Path], dict[str, object]]:
     def run(page: Path) -> dict[str, object]:
         names: dict[str, object] = {"__name__": "page"}
         monkeypatch.setitem(sys.modules, "page", type(sys)("page"))  # dataclasses look it up
-        blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+        text = page.read_text(encoding="utf-8")
+        text = re.sub(r"<!-- not run: [^\n]+ -->\n```python\n.*?```", "", text, flags=re.DOTALL)
+        blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
         assert blocks
         for number, code in enumerate(blocks):
             file = re.match(r"# (\w+\.py)\n", code)

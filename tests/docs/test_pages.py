@@ -5,14 +5,18 @@ from __future__ import annotations
 import ast
 import re
 import shlex
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from support.tree import ROOT
 from typer.main import get_command
 
+import sloop_ppl as sloop
 from sloop_ppl.cli.app import app
 from sloop_ppl.eval import METRICS
 from sloop_ppl.language import RELATIONS
+from sloop_ppl.maps import write_map
 
 DOCS = ROOT / "docs"
 HOW_TO = sorted(path for path in (DOCS / "howto").glob("*.md") if path.stem != "index")
@@ -105,6 +109,56 @@ def test_a_map_made_of_two_features_is_searched(printed):
     names, (line,) = printed("howto/map")
     assert line.startswith("CityMap('campus', 41 x 41 cells of 5 m, 2 landmarks)")
     assert names["post"].relations("RedBike")[0].ground == "OldLibrary"
+
+
+def test_the_page_on_map_files_runs(printed, tmp_path):
+    write_map(sloop.load_map("cleveland"), tmp_path / "my_city.geojson")
+    names, _ = printed("maps")
+    assert names["city"].grid.shape == (41, 41)
+    assert (tmp_path / "blocks.png").stat().st_size > 10_000
+
+
+def test_the_page_on_description_files_runs(printed, tmp_path):
+    lines = (ROOT / "sloop_ppl" / "data" / "examples.jsonl").read_text("utf-8").splitlines()
+    bikes = [line for line in lines if '"RedBike": {' in line or '"RedBike":{' in line]
+    (tmp_path / "mine.jsonl").write_text(bikes[0], "utf-8")
+    (tmp_path / "yours.jsonl").write_text(bikes[1], "utf-8")
+    names, _ = printed("descriptions")
+    assert len(names["descriptions"]) == 2
+    assert len(names["examples"]) == 32
+
+
+def test_the_page_on_evaluation_has_a_metric_that_measures(printed, tmp_path):
+    text = (DOCS / "evaluation.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(# mine\.py\n.*?)```", text, re.DOTALL)
+    names = {}
+    exec(code, names)
+    grid = sloop.load_map("cleveland").grid
+    belief = np.zeros(grid.shape)
+    belief[grid.cell_at(12.5, -7.5)] = 1
+    truth = SimpleNamespace(x_m=2.5, y_m=2.5, cell=grid.cell_at(2.5, 2.5), area=None)
+    assert names["median_walk_m"](belief, grid, truth) == 20
+
+
+def test_the_page_on_reading_runs(printed):
+    pytest.importorskip("spacy", reason="the pipeline needs pip install 'sloop-ppl[spacy]'")
+    try:
+        names, _ = printed("language")
+    finally:
+        RELATIONS.remove("kitty-corner")
+    assert [(r.relation, r.ground) for r in names["said"].relations] == [("behind", "Ivy")]
+    assert {u.status for u in names["said"].unresolved} == {"retracted", "asked"}
+    (read,) = names["doc"]._.spatial_relations
+    assert (read.relation, read.ground) == ("behind", "VelvetDog")
+
+
+def test_every_page_with_python_is_run_by_a_test():
+    tests = "\n".join(path.read_text() for path in (ROOT / "tests" / "docs").glob("test_*.py"))
+    for page in DOCS.rglob("*.md"):
+        made = page.parent.name == "tutorials" or page.stem == "gallery"  # of code that is run
+        if "```python" in page.read_text(encoding="utf-8") and not made:
+            named = page.relative_to(DOCS).with_suffix("").as_posix()
+            assert f'"{named}"' in tests or f'"{page.name}"' in tests or f"{page.name}" in tests
 
 
 def commands():
