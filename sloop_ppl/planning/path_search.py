@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._greedy_path import greedy_path, new_scouts
 from sloop_ppl.planning._path_kernel import explore, new_candidates, new_tree
 from sloop_ppl.planning._path_map import (
     Objective,
     detection_masses,
-    greedy_path,
     new_path_state,
-    new_scouts,
     path_map_of,
 )
 from sloop_ppl.planning._pomdp import Agent
@@ -26,6 +25,7 @@ from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.planners import RunningPlanner, overridden
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.tree_search import PouctFallback
 from sloop_ppl.planning.values import SearchAction, SearchObservation
@@ -34,6 +34,8 @@ __all__ = ["PathSearch", "RunningPathSearch", "sharpened"]
 
 SIMS_A_LEVEL = 12
 """Fewest simulations a level; with fewer in all, paths are shorter."""
+
+_LAST_STAMP = np.iinfo(np.int32).max
 
 _SQUARINGS = 3
 """The sharper belief is the belief to the power of 2 to this, which is 8."""
@@ -87,7 +89,7 @@ class RunningPathSearch:
         self._sims = config.sims
         # A level needs about a dozen simulations to choose among paths; docs/search.md.
         self._depth = min(config.horizon, max(config.sims // SIMS_A_LEVEL, 1))
-        n_cells, n_poses = self._bordered[0] * self._bordered[1], len(self._map.cell)
+        n_cells, n_poses = self._bordered[0] * self._bordered[1], space.n_cells * HEADINGS
         self._state = new_path_state(
             n_cells, len(self._bound.blocks), self._depth, self._map.fans.shape[1]
         )
@@ -98,7 +100,8 @@ class RunningPathSearch:
         # level.
         self._tree = new_tree(config.sims + widest + 4 * self._depth)
         self._found = new_candidates(widest, n_poses)
-        self._scouts = new_scouts(n_poses)
+        self._scouts = new_scouts(space, len(self._bound.blocks), reach)
+        self._stamp = 1
         self._plan: NDArray[np.int64] = np.empty(0, dtype=np.int64)
         self._expected = -1  # the pose after the first move of the plan, if it does not slip
 
@@ -120,11 +123,13 @@ class RunningPathSearch:
         root = tree[0]
         root["pose"], root["remaining"] = pose, objective.total
         root["move"], root["child"] = -1, -1
-        self._found.kept["level"] = -1
+        if self._stamp > _LAST_STAMP - self._depth:
+            self._found.kept["stamp"], self._stamp = 0, 1
         size, last, spent = explore(
             self._map, objective, self._bound, tree, self._state, self._found,
-            self._sims, self._depth, self._hint(objective, pose),
+            self._sims, self._depth, self._hint(objective, pose), self._stamp,
         )  # fmt: skip
+        self._stamp += self._depth
         path = self._best_path(last, size)
         believed = self._mass(belief, 0.0)
         chances = self._detected(believed, path)
@@ -183,7 +188,7 @@ class RunningPathSearch:
         for move in self._plan:
             stopped = len(self._map.collides) > 0 and self._map.collides[move, pose]
             rewards.append(objective.collision if stopped else objective.move)
-            pose = int(self._map.next_pose[move, pose])
+            pose = self._space.next_pose(int(move), pose)
             poses.append(pose)
         detected = np.zeros(len(poses))
         left = objective.mass.copy()
@@ -211,7 +216,8 @@ class RunningPathSearch:
         if not unseen and not len(hidden):
             return
         if not len(hidden):
-            hidden = np.zeros((len(self._map.cell), self._map.fans.shape[1]), dtype=bool)
+            shape = self._space.n_cells * HEADINGS, self._map.fans.shape[1]
+            hidden = np.zeros(shape, dtype=bool)
             self._map = self._map._replace(hidden=hidden)
         space = self._space
         shown = belief.robot.view - unseen
@@ -280,7 +286,7 @@ class RunningPathSearch:
         if len(self._plan):
             return self._plan
         moves = np.empty(self._depth, dtype=np.int64)
-        n = greedy_path(self._map, objective, pose, self._scouts, moves)
+        n = greedy_path(self._map, objective, self._bound, pose, self._scouts, moves)
         return moves[:n]
 
     def _value(self, objective: Objective, child: Any) -> float:
