@@ -212,9 +212,7 @@ def estimate_moves(
     return steps
 
 
-def _reach_and_step(
-    offsets: NDArray[np.int64], fans: tuple[Offsets, ...]
-) -> tuple[float, float]:
+def _reach_and_step(offsets: NDArray[np.int64], fans: tuple[Offsets, ...]) -> tuple[float, float]:
     """Return how far the sensor sees, and the length of a move east, cells."""
     reach = max((float(np.hypot(*cell)) for fan in fans for cell in fan), default=0.0)
     return reach, max(float(np.hypot(*offsets[0, 0, :2])), 1.0)

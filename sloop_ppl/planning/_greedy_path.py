@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
 from sloop_ppl.planning._path_map import Objective, PathMap, bordered_cell, next_pose
-from sloop_ppl.planning._value_bound import ValueBound, moves_to
+from sloop_ppl.planning._value_bound import ValueBound, moves_to, turns_to
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
@@ -232,9 +232,7 @@ def _moves_between(path_map: PathMap, value_bound: ValueBound, start: int, goal:
     estimate = value_bound.estimate
     # The goal itself is to be reached, not to be in view.
     there = moves_to(estimate, start & 7, north, east) + estimate[0] / estimate[1]
-    off = math.atan2(float(north), float(east)) - (goal & 7) * (math.pi / 4)
-    off = abs(off + 2 * math.pi if off < -math.pi else off)
-    return there + round(off / estimate[5 + (goal & 7)])
+    return there + turns_to(estimate[5 + (goal & 7)], goal & 7, north, east)
 
 
 @inlined
@@ -245,17 +243,34 @@ def _way_to(
     goal: int,
     moves: NDArray[np.int64],
 ) -> int:
-    """Fill in moves towards a pose, each to where the fewest are left; return how many."""
-    pose = start
-    for i in range(len(moves)):
-        least, chosen = math.inf, int64(0)
-        for move in range(3):
-            after = next_pose(path_map, move, pose)
-            left = _moves_between(path_map, value_bound, after, goal)
-            if after != pose and left < least:
-                least, chosen = left, move
-        moves[i] = chosen
-        pose = next_pose(path_map, chosen, pose)
-        if pose == goal:
-            return int64(i + 1)
-    return int64(len(moves))
+    """Fill in moves towards a pose, turning towards it and going on; return how many."""
+    pose, length, estimate = start, int64(0), value_bound.estimate
+    goal_row, goal_col = (goal >> 3) // path_map.n_cols, (goal >> 3) % path_map.n_cols
+    goes = False
+    while length < len(moves):
+        heading, chosen = pose & 7, int64(0)
+        north = goal_row - (pose >> 3) // path_map.n_cols
+        east = goal_col - (pose >> 3) % path_map.n_cols
+        squared = float(north * north + east * east)
+        # Once on its way it goes on until the goal is an eighth of a turn off, and straight on from
+        # there after one turn: turning sooner, it would have to turn back.
+        angle = heading * (2 * math.pi / HEADINGS)
+        along = math.cos(angle) * east + math.sin(angle) * north
+        if not (goes and along * math.sqrt(2.0) > math.sqrt(squared) * (1 + 1e-9)):
+            least = turns_to(estimate[5 + heading], heading, north, east)
+            for move in (1, 2):
+                after = next_pose(path_map, move, pose) & 7
+                left = turns_to(estimate[5 + after], after, north, east)
+                if left < least:
+                    chosen, least = move, left
+        after = next_pose(path_map, chosen, pose)
+        goes = chosen == 0
+        if goes:
+            # A step that goes no nearer: it has passed the goal, or something stands in the way.
+            north = goal_row - (after >> 3) // path_map.n_cols
+            east = goal_col - (after >> 3) % path_map.n_cols
+            if float(north * north + east * east) >= squared:
+                break
+        moves[length] = chosen
+        pose, length = after, length + 1
+    return length

@@ -39,6 +39,7 @@ __all__ = [
     "moves_to",
     "set_mass",
     "target_bound",
+    "turns_to",
     "value_bound_of",
 ]
 
@@ -56,6 +57,9 @@ BLOCK = np.dtype([("row", np.int64), ("col", np.int64), ("mass", np.float64)])
 
 TAKEN = np.dtype([("sum", np.float64), ("pose", np.int32), ("known", np.bool_)], align=True)
 """At a pose: V, and whether it is known. `pose` is a list apart, of the poses where it is."""
+
+_EIGHTH = 2 * math.pi / HEADINGS
+_TAN_SIXTEENTH = math.tan(_EIGHTH / 2)
 
 _NOTHING = 1e-12
 
@@ -126,7 +130,7 @@ def estimated_bound(estimate: NDArray[np.float64], heading: int, north: int, eas
     """Return what one target at an offset is worth; see `estimate_moves` and `known_value`."""
     steps = STRETCH * moves_to(estimate, heading, north, east)
     discount = estimate[4]
-    weight = discount**steps
+    weight = math.exp(steps * math.log(discount))
     spent = (1.0 - weight) / (1.0 - discount) if discount < 1.0 else steps
     # As in the tables, which are float32.
     return float(np.float32(estimate[2] * spent + weight * estimate[3]))
@@ -136,10 +140,27 @@ def estimated_bound(estimate: NDArray[np.float64], heading: int, north: int, eas
 def moves_to(estimate: NDArray[np.float64], heading: int, north: int, east: int) -> float:
     """Return about how many moves it takes until an offset is in view: turn, then go."""
     far = math.sqrt(float(north * north + east * east)) - estimate[0]
-    off = math.atan2(float(north), float(east)) - heading * (math.pi / 4)
+    turns = turns_to(estimate[5 + heading], heading, north, east)
+    return (far / estimate[1] if far > 0.0 else 0.0) + turns
+
+
+@inlined
+def turns_to(turn_rad: float, heading: int, north: int, east: int) -> float:
+    """Return how many turns it takes to face an offset, or to leave a heading for it."""
+    if turn_rad == _EIGHTH:
+        # The eighth of a turn that is nearest to the bearing, without its arc tangent; no whole
+        # numbers of cells lie on the border of two.
+        eighth, n, e = int64(1), abs(north), abs(east)
+        if n <= _TAN_SIXTEENTH * e:
+            eighth = int64(0)
+        elif e <= _TAN_SIXTEENTH * n:
+            eighth = int64(2)
+        eighth = 4 - eighth if east < 0 else eighth
+        off = ((-eighth if north < 0 else eighth) - heading) & 7
+        return float(off if off < 4 else 8 - off)
+    angle = math.atan2(float(north), float(east)) - heading * _EIGHTH
     # The bearing is in (-pi, pi], the heading in [0, 2 pi).
-    off = abs(off + 2 * math.pi if off < -math.pi else off)
-    return (far / estimate[1] if far > 0.0 else 0.0) + round(off / estimate[5 + heading])
+    return float(round(abs(angle + 2 * math.pi if angle < -math.pi else angle) / turn_rad))
 
 
 @inlined

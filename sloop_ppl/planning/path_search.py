@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._belief_mass import add_mass, eighth_power, sum_by_block
 from sloop_ppl.planning._greedy_path import greedy_path, new_scouts
 from sloop_ppl.planning._path_kernel import explore, new_candidates, new_tree
 from sloop_ppl.planning._path_map import (
@@ -85,7 +86,8 @@ class RunningPathSearch:
         self._map = path_map_of(space)
         self._bound = value_bound_of(space, self._map)
         self._bordered = space.n_rows + 2 * reach, space.n_cols + 2 * reach
-        self._inner = slice(reach, reach + space.n_rows), slice(reach, reach + space.n_cols)
+        self._reach = reach
+        self._powers = np.empty(space.n_cells if config.hedge else 0)
         self._sims = config.sims
         # A level needs about a dozen simulations to choose among paths; docs/search.md.
         self._depth = min(config.horizon, max(config.sims // SIMS_A_LEVEL, 1))
@@ -131,8 +133,7 @@ class RunningPathSearch:
         )  # fmt: skip
         self._stamp += self._depth
         path = self._best_path(last, size)
-        believed = self._mass(belief, 0.0)
-        chances = self._detected(believed, path)
+        chances = self._detected(belief, path)
         self._plan = tree["move"][path]
         children = {m: tree[child] for m, child in enumerate(root["child"]) if child >= 0}
         info = PlanInfo(
@@ -141,7 +142,7 @@ class RunningPathSearch:
             seconds=time.perf_counter() - begun,
             values={space.moves[m].name: self._value(objective, c) for m, c in children.items()},
             visits={space.moves[m].name: int(c["visits"]) for m, c in children.items()},
-            tree=self._tree_below([], objective, believed, config.tree_depth)
+            tree=self._tree_below([], objective, belief, config.tree_depth)
             if config.tree_depth
             else None,
             notes={
@@ -197,9 +198,7 @@ class RunningPathSearch:
         weight = config.discount ** np.arange(len(poses))
         later = config.discount * config.right_find_reward * detected
         total = float((weight * (np.array(rewards) * remaining + later)).sum())
-        by_block = np.bincount(
-            self._bound.block, weights=left, minlength=len(self._bound.blocks)
-        ).astype(np.float64)
+        by_block = self._by_block(left)
         row, col, heading = self._space.decode(pose)
         if len(self._bound.around):
             promised = float(self._bound.around[pose] @ by_block)
@@ -248,9 +247,14 @@ class RunningPathSearch:
         """Return what counts under a belief, and give its mass to the value bound."""
         bound = self._bound
         objective = self._objective_of(belief, belief.space.config.hedge)
-        by_block = np.bincount(bound.block, weights=objective.mass, minlength=len(bound.blocks))
-        set_mass(bound, by_block.astype(np.float64), belief.space.n_cols)
+        set_mass(bound, self._by_block(objective.mass), belief.space.n_cols)
         return objective
+
+    def _by_block(self, mass: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the mass of each block, shape (B,)."""
+        sums = np.zeros(len(self._bound.blocks))
+        sum_by_block(mass, self._bound.block, sums)
+        return sums
 
     def _objective_of(self, belief: GridBelief, share: float) -> Objective:
         """Return what counts under a belief, a share of which is sharpened."""
@@ -272,14 +276,39 @@ class RunningPathSearch:
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
                 # Independent targets add up; the border stays empty.
-                mass[self._inner] += sharpened(table, share).reshape(self._space.shape)
+                if share == 0.0:
+                    add_mass(mass, table, 1.0, self._powers[:0], 0.0, self._reach)
+                    continue
+                eighth_power(table, float(table.max()), self._powers)
+                sharp = share / float(self._powers.sum())  # see `sharpened`
+                add_mass(mass, table, 1.0 - share, self._powers, sharp, self._reach)
         return mass.ravel()
 
-    def _detected(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
+    def _detected(self, belief: GridBelief, path: list[int]) -> NDArray[np.float64]:
         """Return how many targets each node of a path is expected to be the first to show."""
-        hit, detected = self._space.hit, np.zeros(len(path))
-        detection_masses(self._map, mass.copy(), hit, self._tree["pose"][path], detected)
+        space, detected = self._space, np.zeros(len(path))
+        wanted = [t for i, t in enumerate(belief.flat) if not belief.robot.found >> i & 1]
+        left: dict[int, float] = {}
+        for i, pose in enumerate(self._tree["pose"][path].tolist()):
+            for cell in self._shown(pose):
+                mass = left.get(cell)
+                if mass is None:
+                    mass = sum(float(table[cell]) for table in wanted)
+                detected[i] += space.hit * mass
+                left[cell] = mass * (1.0 - space.hit)
         return detected
+
+    def _shown(self, pose: int) -> list[int]:
+        """Return the cells in view from a pose, flat indices in the order of the fan."""
+        space, hidden = self._space, self._map.hidden
+        row, col, heading = space.decode(pose)
+        return [
+            (row + dr) * space.n_cols + col + dc
+            for place, (dr, dc) in enumerate(space.fans[heading])
+            if 0 <= row + dr < space.n_rows
+            and 0 <= col + dc < space.n_cols
+            and not (len(hidden) and hidden[pose, place])
+        ]
 
     def _hint(self, objective: Objective, pose: int) -> NDArray[np.int64]:
         """Return the rest of the last plan or, where there is none, the greedy path."""
@@ -310,7 +339,7 @@ class RunningPathSearch:
         return path[::-1]
 
     def _tree_below(
-        self, path: list[int], objective: Objective, believed: NDArray[np.float64], depth: int
+        self, path: list[int], objective: Objective, belief: GridBelief, depth: int
     ) -> dict[str, Any]:
         """Return the tree below a path as JSON values; a path goes on while nothing is detected."""
         tree, node = self._tree, self._tree[path[-1] if path else 0]
@@ -321,10 +350,10 @@ class RunningPathSearch:
                 self._space.actions[tree[child]["move"]].name: {
                     "value": self._value(objective, tree[child]),
                     "visits": int(tree[child]["visits"]),
-                    "expected_seen": float(self._detected(believed, [*path, child])[-1]),
+                    "expected_seen": float(self._detected(belief, [*path, child])[-1]),
                     "after": {
                         "nothing seen": self._tree_below(
-                            [*path, child], objective, believed, depth - 1
+                            [*path, child], objective, belief, depth - 1
                         )
                     },
                 }
