@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference.predictive import PhraseCheck
     from sloop_ppl.inference.prior import log_priors
     from sloop_ppl.inference.referents import GroundPosterior, ReadingPosterior, Referent
+    from sloop_ppl.inference.refined import RefinedPosterior, infer_refined
     from sloop_ppl.inference.sampling import Nuts, Svi
     from sloop_ppl.inference.summaries import (
         Place,
@@ -83,6 +84,7 @@ __all__ = [
     "Posterior",
     "ReadingPosterior",
     "Referent",
+    "RefinedPosterior",
     "Svi",
     "cells_geojson",
     "compare",
@@ -94,6 +96,7 @@ __all__ = [
     "hpd_places",
     "infer_batch",
     "infer_description",
+    "infer_refined",
     "log_priors",
     "mode_m",
     "modes_of",
@@ -123,6 +126,7 @@ _HOMES = {
     "predictive": ("PhraseCheck",),
     "prior": ("log_priors",),
     "referents": ("GroundPosterior", "ReadingPosterior", "Referent"),
+    "refined": ("RefinedPosterior", "infer_refined"),
     "sampling": ("Nuts", "Svi"),
     "summaries": (
         "Place",

@@ -24,6 +24,7 @@ from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
 from sloop_ppl.maps.rasterise import touched_cells
+from sloop_ppl.maps.uneven_grid import UnevenGrid, uneven_fields
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -314,6 +315,8 @@ class CityMap:
         return landmark.geometry
 
     def _fields(self, footprint: BaseGeometry) -> LandmarkFields:
+        if isinstance(self.grid, UnevenGrid):
+            return uneven_fields(self.grid, footprint)
         min_x, min_y, max_x, max_y = footprint.bounds
         centre = footprint.centroid
         return landmark_fields(
