@@ -8,9 +8,10 @@ what is left unresolved is below a bound.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
@@ -41,6 +42,9 @@ _MOST_MENTIONED = 24
 
 _MOST_BLOCKS = 2_000_000
 """Blocks at most: 16 MB a table."""
+
+_ABOUT_M = 500.0
+"""How far from what was mentioned other landmarks count, metres."""
 
 _PASSES = 12
 
@@ -147,15 +151,19 @@ class RefinedPosterior:
         """
         whole, belief = self.city.grid, self.belief(target)
         rows, cols = np.nonzero(self.hpd(target, mass))
-        x, y = whole.x_m[[cols.min(), cols.max()]], whole.y_m[[rows.min(), rows.max()]]
-        side = max(float(np.ptp(x)), float(np.ptp(y))) + whole.cell_m
-        if side > most_m:
+        count = int(max(np.ptp(rows), np.ptp(cols))) + 1
+        if count * whole.cell_m > most_m:
             raise InputError(
-                f"The cells that hold {mass:.0%} of the belief of '{target}' are {side:,.0f} m "
-                f"apart; expected {most_m:,.0f} at most: ask for less mass or allow a larger window"
+                f"The cells that hold {mass:.0%} of the belief of '{target}' are "
+                f"{count * whole.cell_m:,.0f} m apart; expected {most_m:,.0f} at most: ask for "
+                "less mass or allow a larger window"
             )
-        middle = float(x.mean()), float(y.mean())
-        part = self.city.window(middle, side)
+        # On the map's own cells, which are laid from the north-west; half a cell less than whole
+        # ones, as a grid has one more than fit between its borders.
+        half = (count - 0.5) * whole.cell_m / 2
+        west = float(whole.x_m[cols.min()]) - whole.cell_m / 2
+        north = float(whole.y_m[rows.max()]) + whole.cell_m / 2
+        part = self.city.window((west + half, north - half), 2 * half)
         grid = part.grid
         row, col = whole.cell_covering(float(grid.x_m[0]), float(grid.y_m[0]))
         own = belief[row : row + grid.n_rows, col : col + grid.n_cols]
@@ -212,13 +220,14 @@ def infer_refined(
     check_description(description, city)
     _check(description, city, chosen, unresolved)
     even = city.grid
-    columns, rows = _first_edges(description, city)
+    near = _surroundings(description, city)
+    columns, rows = _first_edges(description, near)
     for last in range(_PASSES, 0, -1):
         grid = UnevenGrid(
             *even.extent_m, even.cell_m, even.centre,
             tuple(np.flatnonzero(columns).tolist()), tuple(np.flatnonzero(rows).tolist()),
         )  # fmt: skip
-        posterior = _on_blocks(description, city, grid, chosen)
+        posterior = _on_blocks(description, near, grid, chosen)
         by_col, by_row = _changes(posterior, grid)
         left = float(by_col.sum() + by_row.sum())
         if left <= unresolved or last == 1:
@@ -250,8 +259,10 @@ def _check(
             f"The map has cells of {city.grid.cell_m:g} m; coarse to fine expects 5 m or more: "
             "use infer on a window"
         )
-    if model.needs_truth or model.error_m or not all(
-        part.is_literal and not part.cut for part in model.components
+    if (
+        model.needs_truth
+        or model.error_m
+        or not all(part.is_literal and not part.cut for part in model.components)
     ):
         raise InputError(
             f"Model '{model.name}' is no product of phrases alone; coarse to fine expects one, "
@@ -279,6 +290,30 @@ def _mentioned(description: Description, city: CityMap) -> list[str]:
             for candidate in relation.candidates[index] if relation.candidates else ():
                 found[candidate.ground or ""] = None
     return [ground for ground in found if ground in city]
+
+
+def _surroundings(description: Description, city: CityMap) -> CityMap:
+    """Return the map with what was mentioned and what is about it alone.
+
+    Fronts, crossings and blocks are of what is near; of a county's streets they would take longer
+    than all else. All parts of a mentioned street stay.
+    """
+    mentioned = [city.landmark(ground) for ground in _mentioned(description, city)]
+    names = {m.name for m in mentioned} - {None, ""}
+    about = [shapely.buffer(city.footprint(m.id), _ABOUT_M, quad_segs=2) for m in mentioned]
+    kept = {i for area in about for i in city.reaching_into(area)}
+    kept |= {i for i, m in enumerate(city.landmarks) if m.name in names}
+    within = {city.landmarks[i].within for i in kept} - {None}
+    kept |= {i for i, m in enumerate(city.landmarks) if m.id in within}
+    area, landmarks = shapely.union_all(about), []
+    for landmark in (city.landmarks[i] for i in sorted(kept)):
+        geometry = landmark.geometry
+        if landmark.name not in names and "LineString" in geometry.geom_type:
+            part = shapely.intersection(geometry, area)  # else every street crosses every other
+            if "LineString" in part.geom_type and not part.is_empty:
+                landmark = replace(landmark, geometry=part)
+        landmarks.append(landmark)
+    return replace(city, landmarks=tuple(landmarks), _cache={})
 
 
 def _first_edges(
