@@ -13,6 +13,7 @@ from support.tree import ROOT
 
 BENCHMARKS = ROOT / "benchmarks"
 SLOW = {
+    "bench_scale.py",
     "bench_search.py",
     "bench_start.py",
     "bench_sweep.py",
@@ -59,6 +60,18 @@ FIGURES = {
         "frontage of 4 buildings",
         "find a misspelt name",
         "a window of 200 m",
+    ),
+    "bench_scale.py": (
+        "set-up of fast",
+        "first plan of fast",
+        "search to the first step",
+        "peak memory of planner",
+        "exact, 241 x 241, 3 frame relations",
+        "coarse to fine, 241 x 241, a corner of two streets",
+        "county of",
+        "peak memory of county",
+        "texts, reading included, 1 workers",
+        "texts, reading included, 2 workers",
     ),
     "bench_search.py": (
         "bundled",
