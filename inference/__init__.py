@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference._enumeration import PYRO_LOCK
     from sloop_ppl.inference._log_evidence import LogEvidence
     from sloop_ppl.inference.answers import AnswerFactor, CheckedAnswer
+    from sloop_ppl.inference.belief_comparison import BeliefComparison
     from sloop_ppl.inference.comparison import (
         EngineComparison,
         EngineRun,
@@ -57,6 +58,7 @@ __all__ = [
     "ENGINES",
     "PYRO_LOCK",
     "AnswerFactor",
+    "BeliefComparison",
     "CheckedAnswer",
     "DescriptionFactor",
     "Engine",
@@ -110,6 +112,7 @@ _HOMES = {
     "_enumeration": ("PYRO_LOCK",),
     "_log_evidence": ("LogEvidence",),
     "answers": ("AnswerFactor", "CheckedAnswer"),
+    "belief_comparison": ("BeliefComparison",),
     "comparison": ("EngineComparison", "EngineRun", "ModelScore", "compare", "rank_models"),
     "engines": ("ENGINES", "Engine", "Enumerate", "Exact", "Importance", "InferenceInfo"),
     "export_geojson": ("cells_geojson", "write_geojson"),

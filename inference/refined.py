@@ -301,15 +301,20 @@ def _surroundings(description: Description, city: CityMap) -> CityMap:
     mentioned = [city.landmark(ground) for ground in _mentioned(description, city)]
     names = {m.name for m in mentioned} - {None, ""}
     about = [shapely.buffer(city.footprint(m.id), _ABOUT_M, quad_segs=2) for m in mentioned]
+    longest = _COMPACT_CELLS * city.grid.cell_m + 2 * _ABOUT_M
+    compact = [area for area in about if np.ptp(np.reshape(area.bounds, (2, 2)), 0).max() < longest]
     kept = {i for area in about for i in city.reaching_into(area)}
-    kept |= {i for i, m in enumerate(city.landmarks) if m.name in names}
-    within = {city.landmarks[i].within for i in kept} - {None}
-    kept |= {i for i, m in enumerate(city.landmarks) if m.id in within}
+    # What a front depends on stays as it is: how long a street is, too.
+    whole = {i for area in compact for i in city.reaching_into(area)}
+    whole |= {i for i, m in enumerate(city.landmarks) if m.name in names}
+    within = {city.landmarks[i].within for i in kept | whole} - {None}
+    whole |= {i for i, m in enumerate(city.landmarks) if m.id in within}
     area, landmarks = shapely.union_all(about), []
-    for landmark in (city.landmarks[i] for i in sorted(kept)):
-        geometry = landmark.geometry
-        if landmark.name not in names and "LineString" in geometry.geom_type:
-            part = shapely.intersection(geometry, area)  # else every street crosses every other
+    for i in sorted(kept | whole):
+        landmark = city.landmarks[i]
+        if i not in whole and "LineString" in landmark.geometry.geom_type:
+            # Else every street that crosses a long one would cross every other.
+            part = shapely.intersection(landmark.geometry, area)
             if "LineString" in part.geom_type and not part.is_empty:
                 landmark = replace(landmark, geometry=part)
         landmarks.append(landmark)

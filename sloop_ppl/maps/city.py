@@ -94,6 +94,13 @@ class CityMap:
             f"{len(self.landmarks)} landmarks)"
         )
 
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import beside, caption, html_table
+        from sloop_ppl.maps._notebook import city_svg
+
+        counts = html_table(list(self.counts().items()), ("kind", "landmarks"))
+        return caption(repr(self)) + beside([city_svg(self, f"Map {self.name}"), counts])
+
     def __contains__(self, landmark_id: str) -> bool:
         return landmark_id in self._cache["", "by_id"]
 
