@@ -15,6 +15,7 @@ BENCHMARKS = ROOT / "benchmarks"
 SLOW = {
     "bench_scale.py",
     "bench_search.py",
+    "peers.py",
     "bench_start.py",
     "bench_sweep.py",
     "bench_web.py",
@@ -109,6 +110,14 @@ FIGURES = {
         "| student-vonmises product | none |",
         "| student-vonmises product | temper .5 |",
         "| student-vonmises product | error_m 10 |",
+    ),
+    "peers.py": (
+        "simulations, pomdp-py on its bundled domain",
+        "simulations, NativePouct of sloop_ppl",
+        "Tiger, depth 30, POUCT of pomdp-py",
+        "Tiger, depth 30, NativePouct of sloop_ppl",
+        "three fronts, 41 x 41, exact of sloop_ppl",
+        "import of block.osm, import_osm of sloop_ppl",
     ),
     "search_quality.py": (
         "| greedy |",
