@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         bundled_examples,
         read_descriptions,
     )
+    from sloop_ppl.eval.many import InferredBeliefs, infer_many
     from sloop_ppl.eval.metrics import METRICS
     from sloop_ppl.eval.parsing import ParseScore, score_parser
     from sloop_ppl.eval.quality import BeliefQuality, ModelQuality, score_beliefs
@@ -28,6 +29,7 @@ __all__ = [
     "AnnotatedDescription",
     "BeliefQuality",
     "FrameAnnotation",
+    "InferredBeliefs",
     "ModelQuality",
     "ParseScore",
     "Place",
@@ -39,6 +41,7 @@ __all__ = [
     "bundled_examples",
     "describe_set",
     "examples_of",
+    "infer_many",
     "read_descriptions",
     "read_results",
     "score_beliefs",
@@ -55,6 +58,7 @@ _HOMES = {
         "bundled_examples",
         "read_descriptions",
     ),
+    "many": ("InferredBeliefs", "infer_many"),
     "metrics": ("METRICS",),
     "parsing": ("ParseScore", "score_parser"),
     "quality": ("BeliefQuality", "ModelQuality", "score_beliefs"),

@@ -103,7 +103,7 @@ def flown_lines(summaries: Sequence[ArmSummary]) -> list[str]:
     """Return the summaries as a Markdown table."""
     lines = [
         "| arm | n | success | of grid | steps | reward | detected | false | wrong finds"
-        + " | collisions / moves | time, s |",
+        " | collisions / moves | time, s |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for s in summaries:

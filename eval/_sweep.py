@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import pickle
-import signal
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
-
-import cloudpickle
-import torch
 
 from sloop_ppl.errors import OutputError, SloopError
 from sloop_ppl.eval._answerers import AskingSettings
@@ -22,6 +15,7 @@ from sloop_ppl.eval._backends import BACKENDS, WorkersLost
 from sloop_ppl.eval._driver_watch import Driver, working_in
 from sloop_ppl.eval._run_folder import RunFolder
 from sloop_ppl.eval._trial_files import append_trial
+from sloop_ppl.eval._worker_process import one_thread, pickled_model, unpickled_model
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.eval.quality import beliefs_of, model_for
 from sloop_ppl.eval.trials import Searching, TrialKey, compile_ahead, trial_of
@@ -238,7 +232,7 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
             left = tuple(key for key in sweep.keys(searched.annotated, name) if key not in finished)
             if left:
                 at = name, searched.annotated.map
-                models[at] = models.get(at) or _pickled(sweep.model(*at))
+                models[at] = models.get(at) or pickled_model(sweep.model(*at))
                 recorded: Mapping[str, tuple[SpatialRelation, ...]] = {}
                 if sweep.asking is not None:
                     seed = sweep.searching.seed
@@ -253,53 +247,25 @@ def _jobs(sweep: Sweep, finished: set[TrialKey]) -> list[_Job]:
 def _work(job: _Job, *, folder: str, searching: Searching, driver: Driver) -> _Done:
     """Do a job in a worker, writing each trial as soon as it is done."""
     done = 0
-    with _one_thread(stoppable=driver.is_this), working_in(Path(folder).parent, driver):
+    with one_thread(stoppable=driver.is_this), working_in(Path(folder).parent, driver):
         try:
             city = _CITIES.setdefault(job.map_digest, job.searched.city)
             annotated = job.searched.annotated
             if job.asking is not None:
                 trials = AskingTrials(
-                    annotated, job.searched.description, city, _model(job.model), searching,
-                    job.asking, job.recorded,
+                    annotated, job.searched.description, city, unpickled_model(job.model),
+                    searching, job.asking, job.recorded,
                 )  # fmt: skip
                 for key in job.keys:
                     append_trial(folder, trials.trial(key))
                     done += 1
                 return _Done(done)
-            beliefs = beliefs_of(annotated, job.searched.description, city, _model(job.model))
+            beliefs = beliefs_of(
+                annotated, job.searched.description, city, unpickled_model(job.model)
+            )
             for key in job.keys:
                 append_trial(folder, trial_of(key, annotated, city, beliefs[key.target], searching))
                 done += 1
         except SloopError as error:  # some cannot be pickled, so the words have to do
             return _Done(done, str(error))
     return _Done(done)
-
-
-def _pickled(model: ObservationModel) -> bytes:
-    """Return a model as bytes that any process can read, a user's own included."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("_sloop_user_"):  # as models.user calls a user's file
-            cloudpickle.register_pickle_by_value(module)
-    pickled: bytes = cloudpickle.dumps(model)
-    return pickled
-
-
-@lru_cache(maxsize=64)
-def _model(pickled: bytes) -> ObservationModel:
-    """Return a model that was pickled by value; the same object for the same bytes."""
-    model: ObservationModel = pickle.loads(pickled)
-    return model
-
-
-@contextmanager
-def _one_thread(*, stoppable: bool) -> Iterator[None]:
-    """Use one thread; a worker leaves Ctrl-C to the driver."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    if not stoppable:
-        with suppress(ValueError):
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

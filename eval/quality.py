@@ -80,7 +80,7 @@ class PairedDifference:
     ci95: tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BeliefQuality:
     """The scores of several models, and what lies between them.
 
@@ -107,6 +107,30 @@ class BeliefQuality:
     paired_mixed: Mapping[str, PairedDifference]
     cv: str | None = None
     sets: Mapping[str, BeliefQuality] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        each = (f"{name} {q.mean_log_score:.2f}" for name, q in self.models.items())
+        n = next((q.n for q in self.models.values()), 0)
+        return f"BeliefQuality({self.relations}, {n} targets, mean log score: {', '.join(each)})"
+
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import caption, html_table
+
+        head = ("model", "n", "mean log score", "95 %", "median rank", "mass within 15 m")
+        rows = [
+            (
+                name, q.n, q.mean_log_score, f"{q.ci95[0]:.2f} to {q.ci95[1]:.2f}",
+                q.median_rank, q.mass_15m,
+            )
+            for name, q in self.models.items()
+        ]  # fmt: skip
+        paired = [
+            (names, d.mean, f"{d.ci95[0]:.2f} to {d.ci95[1]:.2f}")
+            for names, d in self.paired.items()
+        ]
+        parts = [caption(f"Beliefs given {self.relations} relations"), html_table(rows, head)]
+        parts += [html_table(paired, ("pair", "mean difference", "95 %"))] if paired else []
+        return "".join(parts)
 
     def to_json(self) -> dict[str, Any]:
         """Return the value that ``sloop eval quality --json`` prints."""

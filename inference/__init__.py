@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference._enumeration import PYRO_LOCK
     from sloop_ppl.inference._log_evidence import LogEvidence
     from sloop_ppl.inference.answers import AnswerFactor, CheckedAnswer
+    from sloop_ppl.inference.belief_comparison import BeliefComparison
     from sloop_ppl.inference.comparison import (
         EngineComparison,
         EngineRun,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from sloop_ppl.inference.predictive import PhraseCheck
     from sloop_ppl.inference.prior import log_priors
     from sloop_ppl.inference.referents import GroundPosterior, ReadingPosterior, Referent
+    from sloop_ppl.inference.refined import RefinedPosterior, infer_refined
     from sloop_ppl.inference.sampling import Nuts, Svi
     from sloop_ppl.inference.summaries import (
         Place,
@@ -56,6 +58,7 @@ __all__ = [
     "ENGINES",
     "PYRO_LOCK",
     "AnswerFactor",
+    "BeliefComparison",
     "CheckedAnswer",
     "DescriptionFactor",
     "Engine",
@@ -83,6 +86,7 @@ __all__ = [
     "Posterior",
     "ReadingPosterior",
     "Referent",
+    "RefinedPosterior",
     "Svi",
     "cells_geojson",
     "compare",
@@ -94,6 +98,7 @@ __all__ = [
     "hpd_places",
     "infer_batch",
     "infer_description",
+    "infer_refined",
     "log_priors",
     "mode_m",
     "modes_of",
@@ -107,6 +112,7 @@ _HOMES = {
     "_enumeration": ("PYRO_LOCK",),
     "_log_evidence": ("LogEvidence",),
     "answers": ("AnswerFactor", "CheckedAnswer"),
+    "belief_comparison": ("BeliefComparison",),
     "comparison": ("EngineComparison", "EngineRun", "ModelScore", "compare", "rank_models"),
     "engines": ("ENGINES", "Engine", "Enumerate", "Exact", "Importance", "InferenceInfo"),
     "export_geojson": ("cells_geojson", "write_geojson"),
@@ -123,6 +129,7 @@ _HOMES = {
     "predictive": ("PhraseCheck",),
     "prior": ("log_priors",),
     "referents": ("GroundPosterior", "ReadingPosterior", "Referent"),
+    "refined": ("RefinedPosterior", "infer_refined"),
     "sampling": ("Nuts", "Svi"),
     "summaries": (
         "Place",

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,46 @@ from sloop_ppl.models import SharedFrame
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["draws_from", "import_arviz", "to_arviz", "uniforms_for"]
+__all__ = [
+    "CHAINS",
+    "SaidWord",
+    "draws_from",
+    "import_arviz",
+    "inverse",
+    "to_arviz",
+    "uniforms_for",
+]
 
 Table = NDArray[np.float64]
+CHAINS = 4
+"""Chains of draws for ArviZ, which warns of fewer."""
+
 _BINS = 72  # 5 degrees, within which a front is drawn evenly
 _AT_ONCE = 10_000  # draws, times the bins: a table of 6 MB
+
+
+class SaidWord(NamedTuple):
+    """An asserted phrase as a choice among words, at each draw.
+
+    Attributes
+    ----------
+    label
+        Its target, word and grounds.
+    words
+        The words that could have been said of its ground, V of them.
+    word
+        Which of them it counts as.
+    p
+        Probability of each at each draw, shape (V, n).
+    uniforms
+        Numbers in [0, 1) by which words are drawn, shape (n,).
+    """
+
+    label: str
+    words: tuple[str, ...]
+    word: str
+    p: Table
+    uniforms: Table
 
 
 def uniforms_for(
@@ -86,7 +121,7 @@ def draws_from(
     import xarray
 
     informative = [which for which, factor in enumerate(factors) if target in factor.log_factors]
-    cells = _inverse(joint.probabilities(f"{target}/cell"), uniforms[:, 0])
+    cells = inverse(joint.probabilities(f"{target}/cell"), uniforms[:, 0])
     rows, cols = np.divmod(cells, grid.n_cols)
     chosen = np.zeros((len(cells), len(informative)), dtype=np.intp)
     names: Table = np.array([], dtype=str)
@@ -134,27 +169,37 @@ def to_arviz(
     names: Sequence[str],
     constants: xarray.Dataset,
     attrs: Mapping[str, Any],
+    prior: Mapping[str, tuple[NDArray[np.intp], Mapping[str, float]]],
+    said: Sequence[SaidWord],
 ) -> Any:
     """Return an ArviZ InferenceData of draws from a posterior.
 
     Parameters
     ----------
     draws
-        Target -> draws, from `draws_from`; they are one chain.
+        Target -> draws, from `draws_from`, a multiple of `CHAINS`.
     names
         Names of the components.
     constants
         Exact tables, for the group ``constant_data``.
     attrs
         Attributes of the group ``posterior``.
+    prior
+        Target -> cells drawn from its prior, and the prior weights of the components.
+    said
+        The phrases as choices among words.
 
     Returns
     -------
     arviz.InferenceData
         Group ``posterior`` with, for each target T, ``T_x``, ``T_y`` (metres), ``T_component``
-        (index into the attribute ``components``, one per description) and ``T_front`` (radians,
-        one per frame); group ``constant_data`` with the exact ``belief`` and ``log_prior`` over
-        cells.
+        (index into the attribute ``components``, one per description), ``T_is`` (1 for the drawn
+        component, by its name, dims description and component; both are left out where one
+        component has all of the draws) and ``T_front`` (radians, one per
+        frame); group ``prior`` with ``T_x``, ``T_y`` and ``T_is``, the prior weight of each
+        component; groups ``posterior_predictive``, ``observed_data`` and ``log_likelihood`` with
+        ``word``, an index into the attribute ``words``, by phrase; group ``constant_data`` with the
+        exact ``belief`` and ``log_prior`` over cells.
 
     Raises
     ------
@@ -182,9 +227,88 @@ def to_arviz(
                 drawn[f"{target}_{name}"] = array.rename(
                     {k: v for k, v in own.items() if k in array.dims}
                 )
-    return arviz.InferenceData(
-        posterior=xarray.Dataset(drawn, attrs=dict(attrs)), constant_data=constants
-    )
+    for target in draws:
+        chosen = drawn.get(f"{target}_component")
+        if chosen is not None and (chosen == chosen[0, 0]).all():
+            del drawn[f"{target}_component"]  # of what does not vary there are no statistics
+        elif chosen is not None:
+            known = xarray.DataArray(
+                np.arange(len(names)), dims="component", coords={"component": list(names)}
+            )
+            drawn[f"{target}_is"] = (chosen == known).astype(float)
+    groups = {
+        "posterior": xarray.Dataset(drawn, attrs=dict(attrs)),
+        "prior": _prior_group(prior, names, constants, attrs),
+        "constant_data": constants,
+        **(_word_groups(said) if said else {}),
+    }
+    return arviz.InferenceData(**{name: _in_chains(table) for name, table in groups.items()})
+
+
+def _in_chains(table: xarray.Dataset) -> xarray.Dataset:
+    """Return a group with its draws dealt out to the chains, so that each is as even as all."""
+    import xarray
+
+    drawn: dict[str, Any] = {}
+    for name, array in table.data_vars.items():
+        if "draw" in array.dims:
+            ordered = array.transpose("chain", "draw", ...)
+            values = ordered.values[0]
+            values = values.reshape(-1, CHAINS, *values.shape[1:]).swapaxes(0, 1)
+            drawn[str(name)] = (ordered.dims, values, array.attrs)
+        else:
+            drawn[str(name)] = array
+    coords = {k: c for k, c in table.coords.items() if k not in ("chain", "draw")}
+    dealt = xarray.Dataset(drawn, coords=coords, attrs=table.attrs)
+    if "draw" not in dealt.dims:
+        return dealt
+    return dealt.assign_coords(chain=np.arange(CHAINS), draw=np.arange(dealt.sizes["draw"]))
+
+
+def _prior_group(
+    prior: Mapping[str, tuple[NDArray[np.intp], Mapping[str, float]]],
+    names: Sequence[str],
+    constants: xarray.Dataset,
+    attrs: Mapping[str, Any],
+) -> xarray.Dataset:
+    """Return the draws from the prior."""
+    import xarray
+
+    x, y = constants["x"].values, constants["y"].values
+    found: dict[str, Any] = {}
+    for target, (cells, weights) in prior.items():
+        rows, cols = np.divmod(cells, len(x))
+        found[f"{target}_x"] = (("chain", "draw"), x[cols][None], {"units": "m"})
+        found[f"{target}_y"] = (("chain", "draw"), y[rows][None], {"units": "m"})
+        if weights:
+            share = np.array([weights.get(name, 0.0) for name in names])
+            each = np.broadcast_to(share, (1, len(cells), len(names)))
+            found[f"{target}_is"] = (("chain", "draw", "component"), each)
+    return xarray.Dataset(found, coords={"component": list(names)}, attrs=dict(attrs))
+
+
+def _word_groups(said: Sequence[SaidWord]) -> dict[str, xarray.Dataset]:
+    """Return what was said, what would be, and how probable what was said is."""
+    import xarray
+
+    words = sorted({word for phrase in said for word in phrase.words})
+    coords = {"phrase": [phrase.label for phrase in said]}
+    drawn, observed, log_p = [], [], []
+    for phrase in said:
+        numbers = np.array([words.index(word) for word in phrase.words])
+        drawn.append(numbers[_by_column(phrase.p, phrase.uniforms)])
+        observed.append(words.index(phrase.word))
+        log_p.append(np.log(phrase.p[phrase.words.index(phrase.word)]))
+    by_draw = ("chain", "draw", "phrase")
+
+    def group(dims: tuple[str, ...], values: Table | NDArray[np.intp]) -> xarray.Dataset:
+        return xarray.Dataset({"word": (dims, values)}, coords=coords, attrs={"words": words})
+
+    return {
+        "posterior_predictive": group(by_draw, np.stack(drawn, -1)[None]),
+        "observed_data": group(("phrase",), np.array(observed)),
+        "log_likelihood": group(by_draw, np.stack(log_p, -1)[None]),
+    }
 
 
 def import_arviz() -> Any:
@@ -224,7 +348,7 @@ def _lattice(n: int, dimensions: int) -> Table:
     return points
 
 
-def _inverse(weights: Table, uniforms: Table) -> NDArray[np.intp]:
+def inverse(weights: Table, uniforms: Table) -> NDArray[np.intp]:
     """Return the index at which the running sum of the weights passes each number."""
     running = np.cumsum(weights)
     passed = np.searchsorted(running, uniforms * running[-1], side="right")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
-from sloop_ppl.inference._draws import draws_from, to_arviz, uniforms_for
+from sloop_ppl.inference._draws import CHAINS, SaidWord, draws_from, inverse, to_arviz, uniforms_for
 from sloop_ppl.inference._log_evidence import LogEvidence
 from sloop_ppl.inference._log_tables import LogTable
 from sloop_ppl.inference._pairs import pair_table
@@ -29,6 +29,7 @@ from sloop_ppl.inference.answers import (
     checked_answers,
     renumbered,
 )
+from sloop_ppl.inference.belief_comparison import BeliefComparison, compare_beliefs
 from sloop_ppl.inference.engines import Engine, Exact, InferenceInfo
 from sloop_ppl.inference.export_geojson import cells_geojson
 from sloop_ppl.inference.factors import (
@@ -51,7 +52,7 @@ from sloop_ppl.inference.frames import (
 from sloop_ppl.inference.influence import Influence, bits_between, without_relation
 from sloop_ppl.inference.joint import JointPosterior
 from sloop_ppl.inference.lapses import Lapse, lapses_of
-from sloop_ppl.inference.predictive import PhraseCheck, check_phrase
+from sloop_ppl.inference.predictive import PhraseCheck, check_phrase, word_table
 from sloop_ppl.inference.prior import log_priors
 from sloop_ppl.inference.referents import (
     GroundPosterior,
@@ -71,6 +72,7 @@ from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap, SearchArea
 from sloop_ppl.models import GroundedRelation, Latent, ObservationModel, PairKernel
 from sloop_ppl.models._vocabulary import speaker_words
+from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.simulation import Simulated, speaker_of
 
 if TYPE_CHECKING:
@@ -79,6 +81,8 @@ if TYPE_CHECKING:
 __all__ = ["Posterior", "check_possible"]
 
 Table = NDArray[np.float64]
+
+_MOST_DRAWN = 4  # targets in a notebook; all are in its table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,6 +143,26 @@ class Posterior:
             x, y = self.mode(target)
             parts.append(f"{target} near ({x:g}, {y:g}) m, {self.entropy(target):.2f} nats")
         return f"Posterior({self.city.name!r}, {self.model.name!r}: {'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import beside, caption, html_table
+        from sloop_ppl.maps._notebook import city_svg
+
+        parts = []
+        for target in self.targets[:_MOST_DRAWN]:
+            marks = [(*self.mode(target), "#22252b")]
+            heat = self.belief(target)
+            drawing = city_svg(self.city, f"Belief of {target}", heat=heat, marks=marks)
+            parts.append(caption(target) + drawing)
+        head = ("target", "most probable, m", "entropy, nats", "90 % region, cells", "relations")
+        rows = []
+        for target in self.targets:
+            x, y = self.mode(target)
+            said = "; ".join(f"{r.relation} {', '.join(r.grounds)}" for r in self.relations(target))
+            size = int(self.hpd(target).sum())
+            rows.append((target, f"{x:g}, {y:g}", self.entropy(target), size, said))
+        what = f"Posterior on {self.city.name} under {self.model.name}"
+        return caption(what) + beside(parts) + html_table(rows, head)
 
     @property
     def engine(self) -> str:
@@ -247,6 +271,21 @@ class Posterior:
             When it is no polygon, is empty, or crosses itself.
         """
         return probability_in(self.belief(target), self.city.grid, polygon)
+
+    def compare(self, other: Posterior) -> BeliefComparison:
+        """Return how far the beliefs are from those of another posterior, target by target.
+
+        Parameters
+        ----------
+        other
+            A posterior over the same cells, such as that of another model or of a longer text.
+
+        Raises
+        ------
+        InputError
+            When it is no posterior, is over other cells, or has no target in common.
+        """
+        return compare_beliefs(self, other)
 
     # Components
 
@@ -643,9 +682,18 @@ class Posterior:
         Parameters
         ----------
         n
-            Draws of each target, > 0.
+            Draws of each target in each of four chains, > 0.
         rng
             Where they are drawn from; None for draws that lie evenly, the same every time.
+
+        Returns
+        -------
+        arviz.InferenceData
+            Groups ``posterior``, ``prior`` and ``constant_data``, see
+            :func:`sloop_ppl.inference._draws.to_arviz`; of a model that can speak also
+            ``posterior_predictive``, ``observed_data`` and ``log_likelihood``, whose variable
+            ``word`` is the word of each asserted phrase: the draws of it, the one that was said,
+            and the log probability of that at each draw.
         """
         names = [part.name for part in self.model.components]
         draws = {
@@ -654,7 +702,7 @@ class Posterior:
                 self.factors,
                 self.city.grid,
                 target,
-                uniforms_for(self.factors, target, n, rng),
+                uniforms_for(self.factors, target, CHAINS * n, rng),
             )
             for target in self.targets
         }
@@ -664,7 +712,50 @@ class Posterior:
             "map": self.city.name,
             "components": names,
         }
-        return to_arviz(draws, names, self.dataset[["belief", "log_prior"]], attrs)
+        constants = self.dataset[["belief", "log_prior"]]
+        return to_arviz(
+            draws,
+            names,
+            constants,
+            attrs,
+            self._prior_draws(CHAINS * n, rng),
+            self._said(draws, rng),
+        )
+
+    def _prior_draws(
+        self, n: int, rng: np.random.Generator | None
+    ) -> dict[str, tuple[Table, dict[str, float]]]:
+        """Return, by target, numbers of drawn cells, and the components' prior weights."""
+        found = {}
+        for target in self.targets:
+            uniforms = uniforms_for((), target, n, rng)[:, 0]
+            cells = inverse(softmax(self.log_prior[target]), uniforms)
+            found[target] = cells, self.component_prior(target)
+        return found
+
+    def _said(
+        self, draws: Mapping[str, xarray.Dataset], rng: np.random.Generator | None
+    ) -> list[SaidWord]:
+        """Return each asserted phrase with the probability of every word at the drawn cells."""
+        if not self.can_speak:
+            return []
+        model = replace(speaker_of(self.model), sum_readings=False, sum_grounds=False)
+        found = []
+        for target, table in draws.items():
+            cells = table["row"].values * self.city.grid.n_cols + table["col"].values
+            seen: set[int] = set()
+            for term in self._numbered(target):
+                if term.is_silent or term.negated or term.index in seen:
+                    continue
+                seen.add(term.index)
+                words, p = word_table(term, model)
+                options, chosen = word_options(term)
+                label = f"{target} {term.relation} {', '.join(term.grounds)}"
+                uniforms = uniforms_for((), target, len(cells), rng)[:, 0]
+                # Not in step with the cells, which the same lattice has drawn.
+                turned = np.roll(uniforms[::-1], len(uniforms) // 3 + len(found))
+                found.append(SaidWord(label, words, options[chosen].relation, p[:, cells], turned))
+        return found
 
     def utterances(
         self, target: str, n: int, *, rng: np.random.Generator, **options: Any

@@ -19,7 +19,7 @@ from sloop_ppl.models._speaker import frame_angle_masses
 from sloop_ppl.models.grounded_relation import word_options
 from sloop_ppl.models.program import word_weights
 
-__all__ = ["PhraseCheck", "check_phrase", "word_probabilities"]
+__all__ = ["PhraseCheck", "check_phrase", "word_probabilities", "word_table"]
 
 Table = NDArray[np.float64]
 
@@ -78,6 +78,17 @@ def word_probabilities(
     sum_s b(s) [w (1 - lapse) E_psi P(word | s, psi) + (1 - w (1 - lapse)) / V] with w the weight
     of the literal components, and P the softmax of log g over words.
     """
+    names, table = word_table(term, model)
+    words = dict(zip(names, (table @ belief).tolist(), strict=True))
+    scale = math.fsum(words.values())
+    return {word: p / scale for word, p in words.items()}
+
+
+def word_table(term: GroundedRelation, model: ObservationModel) -> tuple[tuple[str, ...], Table]:
+    """Return the words of a ground and the probability of each at every cell, shape (V, S).
+
+    Parameters are those of `word_probabilities`, which sums it over a belief.
+    """
     options, _ = word_options(term)
     prior = model.frame_prior_for(term)
     if prior is None:
@@ -85,21 +96,16 @@ def word_probabilities(
     angles, log_mass = frame_angle_masses(prior, _ANGLES)
     with torch.no_grad():
         weights = word_weights(model.likelihood, options, angles)
-        meanings = [
-            float(torch.logsumexp(weights.log_chance(v) + log_mass, 0).exp().numpy() @ belief)
-            for v in range(len(options))
-        ]
+        meant = torch.stack(
+            [torch.logsumexp(weights.log_chance(v) + log_mass, 0) for v in range(len(options))]
+        )
     total = sum(part.weight for part in model.components)
     literal = (
         sum(part.weight for part in model.components if part.combine != "uninformative") / total
     )
     share = literal * (1 - model.lapse)
-    words = {
-        o.relation: share * m + (1 - share) / len(options)
-        for o, m in zip(options, meanings, strict=True)
-    }
-    scale = math.fsum(words.values())
-    return {word: p / scale for word, p in words.items()}
+    table: Table = share * meant.exp().numpy() + (1 - share) / len(options)
+    return tuple(option.relation for option in options), table
 
 
 def check_phrase(

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor
 
 from sloop_ppl.errors import InputError
-from sloop_ppl.maps import CityMap
+from sloop_ppl.maps import CityMap, cells_of_map, log_cells
 from sloop_ppl.models._guard import trusted
 from sloop_ppl.models._logspace import log_normalise
 from sloop_ppl.models.components import Component
@@ -129,7 +129,12 @@ class ProgramData:
     @cached_property
     def log_uninformative(self) -> float:
         """Log probability of a phrase that says nothing, the same at every cell."""
-        return self.model.log_uninformative(self.n_cells)
+        return self.model.log_uninformative(cells_of_map(self.city.grid))
+
+    def counted(self, log_p: Tensor) -> Tensor:
+        """Return tables, shape (..., S), times the number of the map's cells each entry is of."""
+        counts = log_cells(self.city.grid)
+        return log_p if counts is None else log_p + torch.from_numpy(counts)
 
     def some(self, which: Sequence[int]) -> ProgramData:
         """Return the same for some of the targets; tables made for one are there for the other."""

@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import HEARER, RELATIONS, WHOLE_MAP, Relation, StreetPart
 from sloop_ppl.language.relations import Region
-from sloop_ppl.maps import CityMap, Grid, Landmark, LandmarkFields
+from sloop_ppl.maps import CityMap, Grid, Landmark, LandmarkFields, UnevenGrid, uneven_fields
 from sloop_ppl.maps.city import FIELDS
 from sloop_ppl.maps.fields import BYTES_PER_CELL, landmark_fields
 from sloop_ppl.maps.landmark import PATH_KINDS
@@ -376,14 +376,17 @@ def shape_fields(shape: BaseGeometry, grid: Grid) -> LandmarkFields:
     """
     west, south, east, north = shape.bounds
     centre = shape.centroid
+
+    def made() -> LandmarkFields:
+        if isinstance(grid, UnevenGrid):
+            return uneven_fields(grid, shape)
+        place = float(centre.x), float(centre.y)
+        longer = max(east - west, north - south)
+        return landmark_fields(grid, touched_cells(grid, shape), place, longer)
+
     return FIELDS.get(
         (grid, hashlib.sha256(shape.wkb).hexdigest()),
-        lambda: landmark_fields(
-            grid,
-            touched_cells(grid, shape),
-            (float(centre.x), float(centre.y)),
-            max(east - west, north - south),
-        ),
+        made,
         cost_bytes=grid.size * BYTES_PER_CELL,
     )
 

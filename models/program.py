@@ -335,7 +335,7 @@ def summed_phrase(
         log_g = log_held(log_g, relation, model, log_peak)[..., 0, :]
     log_z = log_g.new_zeros(1)
     if model.normalisation == "map":
-        log_z = torch.logsumexp(log_g, -1, keepdim=True)
+        log_z = torch.logsumexp(data.counted(log_g), -1, keepdim=True)
     log_p = log_meant = phrase.unless_silent(log_g - log_z, data.log_uninformative)
     angles = phrase.shared_angles
     if angles is not None:
@@ -449,6 +449,7 @@ def log_normaliser(data: ProgramData, i: int, log_p: Tensor) -> Tensor:
     readings, where Z_0k is the sum were all phrases silent: a reading is never divided by its own
     sum, which would return the prior over readings.
     """
+    log_p = data.counted(log_p)
     axes = [1 + axis for axis in data.readings]
     if not axes:
         log_z = torch.logsumexp((log_p + data.log_shared).flatten(1), 1)

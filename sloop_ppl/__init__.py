@@ -27,6 +27,7 @@ _HOME = {
     "TargetObject": "sloop_ppl.language",
     "ask": "sloop_ppl.bridge",
     "infer": "sloop_ppl.bridge",
+    "infer_many": "sloop_ppl.eval",
     "load_map": "sloop_ppl.maps",
     "parse": "sloop_ppl.bridge",
     "search": "sloop_ppl.bridge",
@@ -47,6 +48,7 @@ __all__ = [
     "bridge",
     "eval",
     "infer",
+    "infer_many",
     "inference",
     "language",
     "load_map",
@@ -63,6 +65,7 @@ __all__ = [
 if TYPE_CHECKING:
     from sloop_ppl import bridge, eval, inference, language, maps, models, planning, plots, web  # noqa: A004
     from sloop_ppl.bridge import ask, infer, parse, search
+    from sloop_ppl.eval import infer_many
     from sloop_ppl.inference import Posterior
     from sloop_ppl.language import Description, SpatialRelation, TargetObject
     from sloop_ppl.maps import CityMap, Grid, load_map

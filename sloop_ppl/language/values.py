@@ -343,7 +343,7 @@ class Unresolved:
     status: Status = "unknown"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Description:
     """What one text says about where targets are on one map.
 
@@ -408,6 +408,27 @@ class Description:
                 for reading in self.readings
             )
             object.__setattr__(self, "readings", seen)
+
+    def __repr__(self) -> str:
+        said = "; ".join(
+            f"{r.figure} {'not ' if r.negated else ''}{r.relation} {', '.join(r.grounds)}"
+            for r in self.relations
+        )
+        text = self.text if len(self.text) <= 60 else f"{self.text[:57]}..."
+        return f"Description({text!r} on {self.map!r}: {said or 'no relation'})"
+
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import caption, html_table
+
+        head = ("figure", "relation", "ground", "denied", "confidence")
+        rows = [
+            (r.figure, r.relation, ", ".join(r.grounds), "yes" if r.negated else "", r.confidence)
+            for r in self.relations
+        ]
+        aside = [(u.text, u.status) for u in self.unresolved]
+        parts = [caption(self.text or "(no text)"), html_table(rows, head)]
+        parts += [html_table(aside, ("set aside", "status"))] if aside else []
+        return "".join(parts)
 
     @property
     def is_certain(self) -> bool:

@@ -33,6 +33,7 @@ from sloop_ppl.maps.street_tables import (
     street_tables,
 )
 from sloop_ppl.maps.summary import summary
+from sloop_ppl.maps.uneven_grid import UnevenGrid, cells_of_map, log_cells, uneven_fields
 
 if TYPE_CHECKING:
     from sloop_ppl.maps.area import SearchArea, search_area
@@ -70,10 +71,12 @@ __all__ = [
     "StreetNetwork",
     "StreetTables",
     "Stretch",
+    "UnevenGrid",
     "across_street",
     "block_table",
     "blocks_of",
     "bundled_maps",
+    "cells_of_map",
     "check_map_path",
     "edge_tables",
     "from_geojson",
@@ -81,6 +84,7 @@ __all__ = [
     "kind_words",
     "landmark_fields",
     "load_map",
+    "log_cells",
     "map_names",
     "map_schema",
     "quadrant_table",
@@ -93,6 +97,7 @@ __all__ = [
     "summary",
     "to_geojson",
     "touched_cells",
+    "uneven_fields",
     "write_map",
 ]
 

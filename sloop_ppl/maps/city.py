@@ -24,6 +24,7 @@ from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
 from sloop_ppl.maps.rasterise import touched_cells
+from sloop_ppl.maps.uneven_grid import UnevenGrid, uneven_fields
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -92,6 +93,13 @@ class CityMap:
             f"CityMap({self.name!r}, {rows} x {cols} cells of {self.grid.cell_m:g} m, "
             f"{len(self.landmarks)} landmarks)"
         )
+
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import beside, caption, html_table
+        from sloop_ppl.maps._notebook import city_svg
+
+        counts = html_table(list(self.counts().items()), ("kind", "landmarks"))
+        return caption(repr(self)) + beside([city_svg(self, f"Map {self.name}"), counts])
 
     def __contains__(self, landmark_id: str) -> bool:
         return landmark_id in self._cache["", "by_id"]
@@ -314,6 +322,8 @@ class CityMap:
         return landmark.geometry
 
     def _fields(self, footprint: BaseGeometry) -> LandmarkFields:
+        if isinstance(self.grid, UnevenGrid):
+            return uneven_fields(self.grid, footprint)
         min_x, min_y, max_x, max_y = footprint.bounds
         centre = footprint.centroid
         return landmark_fields(

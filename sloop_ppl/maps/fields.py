@@ -32,12 +32,16 @@ class LandmarkFields:
         x and y of the landmark's centroid, metres.
     extent_m
         The longer side of the landmark's bounding box, metres.
+    touched
+        Of a grid that is not even, the centres of the cells that the landmark takes, metres, shape
+        (N, 2), and row and column of the entry that each is in, shape (2, N); else None.
     """
 
     grid: Grid
     cells: NDArray[np.bool_]
     centroid: tuple[float, float]
     extent_m: float
+    touched: tuple[NDArray[np.float64], NDArray[np.int32]] | None = None
 
     @property
     def distance_m(self) -> NDArray[np.float64]:
@@ -72,12 +76,23 @@ class LandmarkFields:
 
     @cached_property
     def _transform(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        if self.touched is not None:
+            return self._nearest_of_touched(*self.touched)
         from scipy.ndimage import distance_transform_edt
 
         distance, nearest = distance_transform_edt(
             ~self.cells, sampling=self.grid.cell_m, return_indices=True
         )
         return distance, nearest
+
+    def _nearest_of_touched(
+        self, centres: NDArray[np.float64], entries: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        from scipy.spatial import KDTree
+
+        x, y = np.meshgrid(self.grid.x_m, self.grid.y_m)
+        distance, which = KDTree(centres).query(np.column_stack([x.ravel(), y.ravel()]))
+        return distance.reshape(x.shape), entries[:, which].reshape(2, *x.shape)
 
 
 def landmark_fields(

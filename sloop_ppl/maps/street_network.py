@@ -226,10 +226,13 @@ def street_network(city: CityMap) -> StreetNetwork:
 
 
 def _key(city: CityMap) -> str:
-    """Return what networks are known by: the map's digest, and what that leaves out."""
-    # Widths and classes of ways move no landmark, so the digest does not count them.
-    more = [(m.id, m.width_m, m.properties.get("highway")) for m in city.of_kind(*PATH_KINDS)]
-    return hashlib.sha256(f"{city.digest} {more}".encode()).hexdigest()
+    """Return what networks are known by: all that counts of the paths, and the border."""
+    digest = hashlib.sha256(repr(city.grid.extent_m).encode())
+    for m in city.of_kind(*PATH_KINDS):
+        known = (m.id, m.kind, m.name, m.aliases, m.width_m, sorted(m.properties.items()))
+        digest.update(repr(known).encode())
+        digest.update(m.geometry.wkb)
+    return digest.hexdigest()
 
 
 def _cost(city: CityMap) -> int:

@@ -16,7 +16,16 @@ from sloop_ppl.planning.obstacles import Offsets
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
-__all__ = ["Origins", "Rewards", "clairvoyant_bounds", "known_value", "origins_of", "rewards_of"]
+__all__ = [
+    "Origins",
+    "Rewards",
+    "are_counted",
+    "clairvoyant_bounds",
+    "estimate_numbers",
+    "known_value",
+    "origins_of",
+    "rewards_of",
+]
 
 STRETCH = 1.6
 """How much longer than the shortest way the way is taken to be: one who does not know strays.
@@ -79,8 +88,7 @@ def _bounds(
     # Bytes, because an array cannot be a key of the cache.
     offsets = np.frombuffer(moves, dtype=np.int64).reshape(3, HEADINGS, 3)
     wide = 2 * shape[0] - 1, 2 * shape[1] - 1
-    few = wide[0] * wide[1] * HEADINGS <= FLOOD_POSES
-    counted = count_moves(wide, offsets, fans) if few else None
+    counted = count_moves(wide, offsets, fans) if _are_few(shape) else None
     bounds = np.empty((HEADINGS, *wide), dtype=np.float32)
     for heading in range(HEADINGS):  # one by one, for the sake of memory
         if counted is None:
@@ -90,6 +98,29 @@ def _bounds(
         bounds[heading] = known_value(rewards, least)
     bounds.flags.writeable = False
     return bounds
+
+
+def _are_few(shape: tuple[int, int]) -> bool:
+    return (2 * shape[0] - 1) * (2 * shape[1] - 1) * HEADINGS <= FLOOD_POSES
+
+
+def are_counted(space: SearchSpace) -> bool:
+    """Tell whether shortest ways are counted on a map; on larger ones they are estimated."""
+    return _are_few(space.shape)
+
+
+def estimate_numbers(space: SearchSpace) -> NDArray[np.float64]:
+    """Return what `estimate_moves` and `known_value` go by, for one offset at a time.
+
+    Returns
+    -------
+    numpy.ndarray
+        How far the sensor sees and the length of a step, cells; the reward of a move and of a
+        right find; the discount; and the angle of a turn by heading, radians; shape (13,).
+    """
+    reach, step = _reach_and_step(space.move_table.offsets[:, :, 0], space.fans)
+    turns = [_turn_rad(space.move_table.offsets[:, :, 0], h) for h in range(HEADINGS)]
+    return np.array([reach, step, *rewards_of(space), *turns])
 
 
 def known_value(rewards: Rewards, moves: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -171,13 +202,21 @@ def estimate_moves(
     """
     row, col = np.mgrid[: shape[0], : shape[1]]
     row, col = row - shape[0] // 2, col - shape[1] // 2
-    reach = max((np.hypot(*cell) for fan in fans for cell in fan), default=0.0)
-    step = max(np.hypot(*offsets[0, 0, :2]), 1.0)
+    reach, step = _reach_and_step(offsets, fans)
     # Straight ahead in steps of the length of a move east, until the target is within reach.
     far = np.maximum(np.hypot(row, col) - reach, 0.0) / step
     ahead = heading * 2 * np.pi / HEADINGS
     # The angle off the heading, wrapped to [-pi, pi), in turns.
     off = np.abs((np.arctan2(row, col) - ahead + np.pi) % (2 * np.pi) - np.pi)
-    turn = max(int(offsets[1, heading, 2]), 1) * 2 * np.pi / HEADINGS
-    steps: NDArray[np.float64] = far + np.round(off / turn)
+    steps: NDArray[np.float64] = far + np.round(off / _turn_rad(offsets, heading))
     return steps
+
+
+def _reach_and_step(offsets: NDArray[np.int64], fans: tuple[Offsets, ...]) -> tuple[float, float]:
+    """Return how far the sensor sees, and the length of a move east, cells."""
+    reach = max((float(np.hypot(*cell)) for fan in fans for cell in fan), default=0.0)
+    return reach, max(float(np.hypot(*offsets[0, 0, :2])), 1.0)
+
+
+def _turn_rad(offsets: NDArray[np.int64], heading: int) -> float:
+    return max(int(offsets[1, heading, 2]), 1) * 2 * np.pi / HEADINGS

@@ -24,7 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import Objective, PathMap, PathState, cost, go_to, undo
+from sloop_ppl.planning._path_map import (
+    Objective,
+    PathMap,
+    PathState,
+    cost,
+    go_to,
+    next_pose,
+    undo,
+)
 from sloop_ppl.planning._value_bound import ValueBound, bound_from, target_bound
 
 __all__ = [
@@ -85,8 +93,9 @@ CANDIDATE = np.dtype(
 )
 """A path one move longer than a node's; fields as in `NODE`."""
 
-KEPT = np.dtype([("level", np.int32), ("node", np.int32)])
-"""The level of the last node that was kept at a pose, and its number."""
+KEPT = np.dtype([("stamp", np.int32), ("node", np.int32)])
+"""The stamp of the last node that was kept at a pose, and its number; no two levels have the same
+stamp, nor have those of two trees, so that nothing has to be cleared between them."""
 
 
 class Candidates(NamedTuple):
@@ -177,7 +186,8 @@ def _expand(
     """Return the detection mass D of a pose and the value V that the rest promises from there."""
     # A pose is cell * 8 + heading. Cells seen before have f < 1 and give less; with h = 1, nothing.
     row, col = (pose >> 3) // path_map.n_cols, (pose >> 3) % path_map.n_cols
-    detected, centre, heading = 0.0, path_map.cell[pose], pose & 7
+    detected, heading = 0.0, pose & 7
+    centre = (row + path_map.reach) * (path_map.n_cols + 2 * path_map.reach) + col + path_map.reach
     # V = sum over blocks of (M_b - lost_b) * v(p, b), from the sum kept for the empty path.
     ahead = bound_from(value_bound, pose, path_map.n_cols)
     for k in range(path_map.sizes[heading]):
@@ -222,7 +232,7 @@ def _extend(
         # left (1) undone by right (2), and the other way round
         barred = 3 - here.move
     for move in range(3):
-        after = int64(path_map.next_pose[move, here.pose])
+        after = next_pose(path_map, move, here.pose)
         if move == barred or (objective.hit >= 1.0 and after == here.pose):
             continue
         n_blocks = state.levels[level].n_blocks
@@ -241,11 +251,11 @@ def _extend(
 
 
 @inlined
-def _repeats(tree: NDArray[Any], found: Candidates, candidate: int, level: int) -> bool:
+def _repeats(tree: NDArray[Any], found: Candidates, candidate: int, stamp: int) -> bool:
     """Tell whether a path to the same pose that has seen as much was kept already."""
     path = found.paths[candidate]
     last = found.kept[path.pose]
-    if last.level != level:
+    if last.stamp != stamp:
         return False
     remaining = tree[path.parent].remaining - path.detected
     node = int64(last.node)
@@ -259,7 +269,7 @@ def _repeats(tree: NDArray[Any], found: Candidates, candidate: int, level: int) 
 
 
 @inlined
-def _keep(tree: NDArray[Any], found: Candidates, candidate: int, level: int, node: int) -> None:
+def _keep(tree: NDArray[Any], found: Candidates, candidate: int, stamp: int, node: int) -> None:
     """Make a node of a candidate."""
     path = found.paths[candidate]
     parent, new, last = tree[path.parent], tree[node], found.kept[path.pose]
@@ -271,8 +281,8 @@ def _keep(tree: NDArray[Any], found: Candidates, candidate: int, level: int, nod
     new.first = path.move if path.parent == 0 else parent.first
     new.detected, new.past, new.ahead = path.detected, path.past, path.ahead
     new.remaining, new.visits = parent.remaining - path.detected, 0
-    new.twin = int64(last.node) if last.level == level else -1
-    last.level, last.node = level, node
+    new.twin = int64(last.node) if last.stamp == stamp else -1
+    last.stamp, last.node = stamp, node
 
 
 @inlined
@@ -306,6 +316,7 @@ def explore(
     sims: int,
     depth: int,
     hint: NDArray[np.int64],
+    stamp: int,
 ) -> tuple[int, int, int]:
     """Grow the tree; return how many nodes it has, the first of the last level, and simulations.
 
@@ -319,6 +330,8 @@ def explore(
         How many simulations to run, about.
     hint
         Moves of a path to go on with in any case, such as the rest of the last plan.
+    stamp
+        The first of T stamps that no tree has had before, > 0.
     """
     # numba compiles a function anew for a constant argument; int64 makes variables of these.
     begin, end, marked, weight, spent = int64(0), int64(1), int64(0), 1.0, 0
@@ -369,12 +382,12 @@ def explore(
             if end - begin + wanted >= width and not must:
                 continue
             # The best of each first move is kept even where another path has led to the same.
-            if not must and _repeats(tree, found, candidate, level):
+            if not must and _repeats(tree, found, candidate, stamp + level):
                 continue
             musts &= ~(1 << first)
             if candidate == follower:
                 musts, hinted = musts & 7, end
-            _keep(tree, found, candidate, level, end)
+            _keep(tree, found, candidate, stamp + level, end)
             end += 1
         weight *= objective.discount
         if begin == end:

@@ -16,21 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._search_tables import next_poses, reach_of, search_data
-from sloop_ppl.planning.pose import HEADINGS
+from sloop_ppl.planning._search_tables import reach_of, search_data
 from sloop_ppl.planning.space import SearchSpace
 
 __all__ = [
     "Objective",
     "PathMap",
     "PathState",
-    "Scouts",
+    "bordered_cell",
     "cost",
     "detection_masses",
     "go_to",
-    "greedy_path",
     "new_path_state",
-    "new_scouts",
+    "next_pose",
     "path_map_of",
     "undo",
 ]
@@ -41,28 +39,30 @@ class PathMap(NamedTuple):
 
     Attributes
     ----------
-    next_pose
-        Most probable pose after each move, shape (3, P).
+    offsets
+        Rows, columns and eighths of a turn of each move's most probable outcome by heading, shape
+        (3, 8, 3).
     collides
-        True where that move hits a no-fly building, shape (3, P) or (0, 0).
-    cell
-        Index of each pose's cell in the bordered map, shape (P,).
+        True where that outcome hits a no-fly building, shape (3, P) or (0, 0).
     fans, sizes
         Offsets of the fan's cells in the bordered map by heading, shape (8, K), and how many there
         are, (8,).
     hidden
         True where a place of the fan is hidden from a pose, shape (P, K) or (0, 0).
-    n_cols
-        Columns of the map.
+    n_rows, n_cols
+        Rows and columns of the map.
+    reach
+        R.
     """
 
-    next_pose: NDArray[np.int32]
+    offsets: NDArray[np.int64]
     collides: NDArray[np.bool_]
-    cell: NDArray[np.int32]
     fans: NDArray[np.int32]
     sizes: NDArray[np.int64]
     hidden: NDArray[np.bool_]
+    n_rows: int
     n_cols: int
+    reach: int
 
 
 class Objective(NamedTuple):
@@ -91,33 +91,49 @@ class Objective(NamedTuple):
     discount: float
 
 
-class Scouts(NamedTuple):
-    """Room for a breadth-first search over P poses: how far, from where, and in which order."""
-
-    steps: NDArray[np.int32]
-    origin: NDArray[np.int32]
-    queue: NDArray[np.int32]
-
-
 def path_map_of(space: SearchSpace) -> PathMap:
     """Return the map as arrays, with a border as wide as the sensor sees."""
     data, reach = search_data(space), reach_of(space)
+    # A border R wide on all sides: a fan reaches cells that hold no mass instead of other rows.
     width = space.n_cols + 2 * reach
-    row, col = np.divmod(
-        np.arange(space.n_cells * HEADINGS, dtype=np.int32) // HEADINGS, space.n_cols
-    )
     # Of the outcomes of a move the first is the most probable, which is all the path search counts.
     blocked = np.ascontiguousarray(data.blocked[:, 0]) if len(data.blocked) else None
     return PathMap(
-        next_pose=next_poses(space.shape, space.move_table.offsets[:, :, 0], blocked),
+        offsets=np.ascontiguousarray(space.move_table.offsets[:, :, 0]),
         collides=np.zeros((0, 0), dtype=bool) if blocked is None else blocked,
-        # A border R wide on all sides: a fan reaches cells that hold no mass instead of other rows.
-        cell=((row + reach) * width + col + reach).astype(np.int32),
         fans=(data.fans[:, :, 0] * width + data.fans[:, :, 1]).astype(np.int32),
         sizes=data.fan_sizes,
         hidden=data.hidden,
+        n_rows=space.n_rows,
         n_cols=space.n_cols,
+        reach=reach,
     )
+
+
+# Reckoned where they are needed: as tables over all poses they would be what a large map costs.
+
+
+@inlined
+def next_pose(path_map: PathMap, move: int, pose: int) -> int:
+    """Return the most probable pose after a move; what stops the robot leaves the pose."""
+    if len(path_map.collides) > 0 and path_map.collides[move, pose]:
+        return pose
+    heading = pose & 7
+    row = (pose >> 3) // path_map.n_cols + path_map.offsets[move, heading, 0]
+    col = (pose >> 3) % path_map.n_cols + path_map.offsets[move, heading, 1]
+    if row < 0 or row >= path_map.n_rows or col < 0 or col >= path_map.n_cols:
+        return pose
+    # & 7: the remainder of the division by 8, of negative numbers, too
+    turned = (heading + path_map.offsets[move, heading, 2]) & 7
+    return int64((row * path_map.n_cols + col) * 8 + turned)
+
+
+@inlined
+def bordered_cell(path_map: PathMap, pose: int) -> int:
+    """Return the index of a pose's cell in the bordered map."""
+    row, col = (pose >> 3) // path_map.n_cols, (pose >> 3) % path_map.n_cols
+    width = path_map.n_cols + 2 * path_map.reach
+    return int64((row + path_map.reach) * width + col + path_map.reach)
 
 
 @inlined
@@ -129,57 +145,6 @@ def cost(path_map: PathMap, objective: Objective, pose: int, move: int, remainin
     # The search goes on, and the move is paid, with probability min(L, 1) at most: for one target
     # L is the probability that it was not detected yet.
     return reward * remaining if remaining < 1.0 else reward
-
-
-def new_scouts(n_poses: int) -> Scouts:
-    """Return room for `greedy_path`."""
-    return Scouts(*(np.empty(n_poses, dtype=np.int32) for _ in range(3)))
-
-
-@jit
-def greedy_path(
-    path_map: PathMap, objective: Objective, start: int, scouts: Scouts, moves: NDArray[np.int64]
-) -> int:
-    """Fill in the moves to the pose with the most discounted mass in view; return how many.
-
-    It is the path of the planner ``greedy``: to the first pose p, by number of moves n(p), that
-    maximises ``discount ** (n(p) - 1) * sum of m over the view of p``, as far as `moves` goes.
-    """
-    # Breadth first: poses come off the queue in the order of n(p), and of equals the first wins.
-    scouts.steps[:] = -1
-    scouts.steps[start], scouts.queue[0] = 0, start
-    head, tail, goal, best = 0, 1, start, 0.0
-    discounted, steps = 1.0, 0
-    while head < tail:
-        pose = int64(scouts.queue[head])
-        head += 1
-        if scouts.steps[pose] > steps:
-            steps += 1
-            discounted *= objective.discount
-            if discounted * objective.total <= best:  # no pose from here on can be better
-                break
-        if pose != start:
-            mass, centre, heading = 0.0, path_map.cell[pose], pose & 7
-            for k in range(path_map.sizes[heading]):
-                if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
-                    mass += objective.mass[centre + path_map.fans[heading, k]]
-            # 1e-9: rounding of the sums of m must not prefer a later pose.
-            if discounted * mass > best * (1 + 1e-9):
-                goal, best = pose, discounted * mass
-        for move in range(3):
-            after = int64(path_map.next_pose[move, pose])
-            if scouts.steps[after] < 0:
-                # Origin and move packed into one number, with room for 4 moves.
-                scouts.steps[after], scouts.origin[after] = scouts.steps[pose] + 1, 4 * pose + move
-                scouts.queue[tail] = after
-                tail += 1
-    length: int = int64(scouts.steps[goal])
-    pose = goal
-    for i in range(length - 1, -1, -1):  # from the goal back to the start
-        if i < len(moves):
-            moves[i] = scouts.origin[pose] % 4
-        pose = int64(scouts.origin[pose] // 4)
-    return length if length < len(moves) else len(moves)
 
 
 @jit
@@ -197,7 +162,7 @@ def detection_masses(
     """
     for i in range(len(poses)):
         pose = poses[i]
-        centre, heading = path_map.cell[pose], pose & 7
+        centre, heading = bordered_cell(path_map, pose), pose & 7
         for k in range(path_map.sizes[heading]):
             if len(path_map.hidden) == 0 or not path_map.hidden[pose, k]:
                 cell = centre + path_map.fans[heading, k]
@@ -261,7 +226,7 @@ def _see(
     """Mark what the pose at a level of the path shows: f becomes f * (1 - h) in its view."""
     before, now = state.levels[level - 1], state.levels[level]
     n_seen, n_blocks = before.n_seen, before.n_blocks
-    centre, heading = path_map.cell[pose], pose & 7
+    centre, heading = bordered_cell(path_map, pose), pose & 7
     for k in range(path_map.sizes[heading]):
         if len(path_map.hidden) > 0 and path_map.hidden[pose, k]:
             continue

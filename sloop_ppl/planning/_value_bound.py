@@ -17,19 +17,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sloop_ppl.planning._clairvoyant import (
+    STRETCH,
     Origins,
+    are_counted,
     clairvoyant_bounds,
+    estimate_numbers,
     known_value,
     origins_of,
     rewards_of,
 )
 from sloop_ppl.planning._compile import inlined, int64, jit
-from sloop_ppl.planning._path_map import PathMap
-from sloop_ppl.planning._search_tables import reach_of
+from sloop_ppl.planning._path_map import PathMap, bordered_cell
+from sloop_ppl.planning._search_tables import likeliest_poses, reach_of
 from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 
-__all__ = ["ValueBound", "bound_from", "set_mass", "target_bound", "value_bound_of"]
+__all__ = [
+    "ValueBound",
+    "bound_from",
+    "estimated_bound",
+    "moves_to",
+    "set_mass",
+    "target_bound",
+    "turns_to",
+    "value_bound_of",
+]
 
 BLOCKS = 500
 """How many blocks of cells there may be."""
@@ -46,7 +58,13 @@ BLOCK = np.dtype([("row", np.int64), ("col", np.int64), ("mass", np.float64)])
 TAKEN = np.dtype([("sum", np.float64), ("pose", np.int32), ("known", np.bool_)], align=True)
 """At a pose: V, and whether it is known. `pose` is a list apart, of the poses where it is."""
 
+_EIGHTH = 2 * math.pi / HEADINGS
+_TAN_SIXTEENTH = math.tan(_EIGHTH / 2)
+
 _NOTHING = 1e-12
+
+_NONE = np.zeros((0, 0, 0), dtype=np.float32)
+_NONE.flags.writeable = False  # as the tables are, of which there is one for all searches
 
 
 class ValueBound(NamedTuple):
@@ -55,7 +73,10 @@ class ValueBound(NamedTuple):
     Attributes
     ----------
     bound
-        Clairvoyant bound of one target at an offset, by heading, shape (8, 2 H - 1, 2 W - 1).
+        Clairvoyant bound of one target at an offset, by heading, shape (8, 2 H - 1, 2 W - 1); on
+        maps whose ways are estimated, not counted, (0, 0, 0): there it is reckoned when needed.
+    estimate
+        What it is reckoned from, see `estimate_numbers`, shape (13,).
     around
         Obstacle-aware bound by pose and block where there are no-fly buildings, shape (P, B) or
         (0, 0).
@@ -68,6 +89,7 @@ class ValueBound(NamedTuple):
     """
 
     bound: NDArray[np.float32]
+    estimate: NDArray[np.float64]
     around: NDArray[np.float32]
     block: NDArray[np.int32]
     blocks: NDArray[Any]
@@ -83,16 +105,18 @@ def value_bound_of(space: SearchSpace, path_map: PathMap) -> ValueBound:
     # Square blocks of side**2 cells; ceil, so that there are no more than `most` of them.
     side = max(math.ceil(math.sqrt(space.n_cells / most)), 1)
     across = -(-space.n_cols // side)
-    row, col = np.mgrid[: space.n_rows + 2 * reach, : space.n_cols + 2 * reach] - reach
+    row = np.arange(space.n_rows + 2 * reach, dtype=np.int32) - reach
+    col = np.arange(space.n_cols + 2 * reach, dtype=np.int32) - reach
     # Cells of the border, which hold no mass, count to the nearest block.
     inside_row, inside_col = row.clip(0, space.n_rows - 1), col.clip(0, space.n_cols - 1)
-    block = (inside_row // side * across + inside_col // side).ravel().astype(np.int32)
+    block = (inside_row[:, None] // side * across + inside_col // side).ravel()
     middle_row, middle_col = np.mgrid[: -(-space.n_rows // side), :across] * side + side // 2
     blocks = np.zeros(middle_row.size, dtype=BLOCK)
     blocks["row"] = middle_row.clip(max=space.n_rows - 1).ravel()
     blocks["col"] = middle_col.clip(max=space.n_cols - 1).ravel()
     return ValueBound(
-        bound=clairvoyant_bounds(space),
+        bound=clairvoyant_bounds(space) if are_counted(space) else _NONE,
+        estimate=estimate_numbers(space),
         around=_around_obstacles(space, path_map, block),
         block=block,
         blocks=blocks,
@@ -102,10 +126,51 @@ def value_bound_of(space: SearchSpace, path_map: PathMap) -> ValueBound:
 
 
 @inlined
+def estimated_bound(estimate: NDArray[np.float64], heading: int, north: int, east: int) -> float:
+    """Return what one target at an offset is worth; see `estimate_moves` and `known_value`."""
+    steps = STRETCH * moves_to(estimate, heading, north, east)
+    discount = estimate[4]
+    weight = math.exp(steps * math.log(discount))
+    spent = (1.0 - weight) / (1.0 - discount) if discount < 1.0 else steps
+    # As in the tables, which are float32.
+    return float(np.float32(estimate[2] * spent + weight * estimate[3]))
+
+
+@inlined
+def moves_to(estimate: NDArray[np.float64], heading: int, north: int, east: int) -> float:
+    """Return about how many moves it takes until an offset is in view: turn, then go."""
+    far = math.sqrt(float(north * north + east * east)) - estimate[0]
+    turns = turns_to(estimate[5 + heading], heading, north, east)
+    return (far / estimate[1] if far > 0.0 else 0.0) + turns
+
+
+@inlined
+def turns_to(turn_rad: float, heading: int, north: int, east: int) -> float:
+    """Return how many turns it takes to face an offset, or to leave a heading for it."""
+    if turn_rad == _EIGHTH:
+        # The eighth of a turn that is nearest to the bearing, without its arc tangent; no whole
+        # numbers of cells lie on the border of two.
+        eighth, n, e = int64(1), abs(north), abs(east)
+        if n <= _TAN_SIXTEENTH * e:
+            eighth = int64(0)
+        elif e <= _TAN_SIXTEENTH * n:
+            eighth = int64(2)
+        eighth = 4 - eighth if east < 0 else eighth
+        off = ((-eighth if north < 0 else eighth) - heading) & 7
+        return float(off if off < 4 else 8 - off)
+    angle = math.atan2(float(north), float(east)) - heading * _EIGHTH
+    # The bearing is in (-pi, pi], the heading in [0, 2 pi).
+    return float(round(abs(angle + 2 * math.pi if angle < -math.pi else angle) / turn_rad))
+
+
+@inlined
 def target_bound(value_bound: ValueBound, block: int, pose: int, row: int, col: int) -> float:
     """Return v(p, b), what one target in a block is worth from a pose, at `row` and `col`."""
     if len(value_bound.around) > 0:
         value: float = value_bound.around[pose, block]
+    elif len(value_bound.bound) == 0:
+        middle = value_bound.blocks[block]
+        value = estimated_bound(value_bound.estimate, pose & 7, middle.row - row, middle.col - col)
     else:
         bound, middle = value_bound.bound, value_bound.blocks[block]
         # Offsets run from 1 - H to H - 1; the middle of the table is offset 0.
@@ -183,8 +248,8 @@ def _around_obstacles(
     """
     if not space.no_fly:
         return np.zeros((0, 0), dtype=np.float32)
-    rewards, origins = rewards_of(space), origins_of(path_map.next_pose)
-    n_poses, n_blocks = len(path_map.cell), int(block.max()) + 1
+    rewards, origins = rewards_of(space), origins_of(likeliest_poses(space))
+    n_poses, n_blocks = space.n_cells * HEADINGS, int(block.max()) + 1
     bounds = np.empty((n_poses, n_blocks), dtype=np.float32)
     steps, queue = np.empty(n_poses, dtype=np.int32), np.empty(n_poses, dtype=np.int32)
     for number in range(n_blocks):
@@ -211,7 +276,7 @@ def _flood(
     head, tail = 0, 0
     for pose in range(len(steps)):
         steps[pose] = -1
-        centre, heading = path_map.cell[pose], pose & 7
+        centre, heading = bordered_cell(path_map, pose), pose & 7
         for k in range(path_map.sizes[heading]):
             if len(path_map.hidden) > 0 and path_map.hidden[pose, k]:
                 continue

@@ -103,7 +103,7 @@ class Step(ByValue):
     collision: bool = False
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Episode(ByValue):
     """A whole search.
 
@@ -162,6 +162,35 @@ class Episode(ByValue):
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     questions: tuple[AskedQuestion, ...] = ()
+
+    def __repr__(self) -> str:
+        wanted = self.targets or tuple(self.places)
+        return (
+            f"Episode({self.map_name!r}, {self.planner!r}: {self.steps} steps, found "
+            f"{len(self.found_targets)} of {len(wanted)}, discounted return "
+            f"{self.discounted_return:.1f})"
+        )
+
+    def _repr_html_(self) -> str:
+        from sloop_ppl._html import beside, caption, html_table, svg_map
+
+        path = [(pose.x_m, pose.y_m) for pose in self.poses]
+        marks = [(x, y, "#009e73") for x, y in self.places.values()]
+        marks.append((*path[0], "#22252b"))
+        x, y = ([point[i] for point in (*path, *((m[0], m[1]) for m in marks))] for i in (0, 1))
+        reach = max(max(x) - min(x), max(y) - min(y), 20.0) / 2 + 10.0  # metres about what is drawn
+        east, north = (max(x) + min(x)) / 2, (max(y) + min(y)) / 2
+        extent = east - reach, north - reach, east + reach, north + reach
+        drawing = svg_map(extent, path=path, marks=marks, title=f"Path of {self.steps} steps")
+        counts = {name: self.actions.count(name) for name in dict.fromkeys(self.actions)}
+        rows: list[tuple[object, object]] = [
+            ("steps", self.steps),
+            ("found", ", ".join(self.found_targets) or "nothing"),
+            ("discounted return", self.discounted_return),
+            ("questions", len(self.questions)),
+            *counts.items(),
+        ]
+        return caption(repr(self)) + beside([drawing, html_table(rows)])
 
     @property
     def start(self) -> Pose:

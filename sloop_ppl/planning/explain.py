@@ -51,9 +51,11 @@ def unreachable_notes(belief: GridBelief) -> tuple[str, ...]:
     """
     space = belief.space
     limit = space.config.step_limit
-    # Nothing can be out of reach: spare the breadth-first search.
-    if _is_open(space) and limit >= space.n_rows + space.n_cols:
-        return ()
+    # Where nothing worth a note can be out of reach, spare the breadth-first search.
+    if _is_open(space):
+        far = ~_surely_seen(space, belief.robot.pose, limit)
+        if all(float(table[far].sum()) <= WORTH_SAYING for table in belief.flat):
+            return ()
     reach = reach_from(belief.robot.pose, likeliest_poses(space))
     near = np.flatnonzero((reach.steps >= 0) & (reach.steps < limit))
     if len(near) == reach.steps.size and not space.hides:
@@ -93,6 +95,19 @@ def _is_open(space: SearchSpace) -> bool:
     wide = wide and sensor.min_range_cells <= 1 and motion.turn_deg == 45
     roomy = min(space.shape) >= 4 * motion.step_cells
     return wide and roomy and not (space.no_fly or space.hides)
+
+
+def _surely_seen(space: SearchSpace, pose: int, limit: int) -> NDArray[np.bool_]:
+    """Return cells of an open map that can be seen in so many steps, shape (H * W,)."""
+    if limit >= space.n_rows + space.n_cols:
+        return np.ones(space.n_cells, dtype=bool)
+    # What is open as a whole is so in the part that has robot and cell in two of its corners, when
+    # that part is roomy.
+    row, col, _ = space.decode(pose)
+    roomy = 4 * space.config.step_cells
+    north = np.maximum(np.abs(np.arange(space.n_rows) - row) + 1, roomy)
+    east = np.maximum(np.abs(np.arange(space.n_cols) - col) + 1, roomy)
+    return (north[:, None] + east <= limit).ravel()
 
 
 def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bool_]:

@@ -87,7 +87,9 @@ def warm_up() -> WarmUp:
     belief = GridBelief(space, {"T": np.ones((9, 9))}, space.robot(0), rng=np.random.default_rng(0))
     agent: Any = SimpleNamespace(belief=belief, history=())
     # numba compiles for types, and these are the same for all maps and settings.
-    RunningPathSearch(space).plan(agent)
+    searching = RunningPathSearch(space)
+    searching.plan(agent)
+    searching.path_return(belief, 1.0)
     planner = NativePouct(NativeSearch(space), sims=50, rng=np.random.default_rng(0))
     planner.plan(agent)
     planner.update(agent, space.moves[1], SearchObservation((-1,), 0))

@@ -315,7 +315,7 @@ class PublishedRollout(RolloutPolicy):
             last = history[-1][1]
             if last.any:
                 return self._find(last, state)
-        table, corner, allowed = robot._prefer
+        table, corner, allowed = robot._prefer or robot.preferences
         keys = self._keys
         cells = state.cells
         if len(cells) == 1:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl.planning._belief_mass import add_mass, eighth_power, sum_by_block
+from sloop_ppl.planning._greedy_path import greedy_path, new_scouts
 from sloop_ppl.planning._path_kernel import explore, new_candidates, new_tree
 from sloop_ppl.planning._path_map import (
     Objective,
     detection_masses,
-    greedy_path,
     new_path_state,
-    new_scouts,
     path_map_of,
 )
 from sloop_ppl.planning._pomdp import Agent
@@ -26,6 +26,7 @@ from sloop_ppl.planning.belief import GridBelief
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.episode import PlanInfo
 from sloop_ppl.planning.planners import RunningPlanner, overridden
+from sloop_ppl.planning.pose import HEADINGS
 from sloop_ppl.planning.space import SearchSpace
 from sloop_ppl.planning.tree_search import PouctFallback
 from sloop_ppl.planning.values import SearchAction, SearchObservation
@@ -34,6 +35,8 @@ __all__ = ["PathSearch", "RunningPathSearch", "sharpened"]
 
 SIMS_A_LEVEL = 12
 """Fewest simulations a level; with fewer in all, paths are shorter."""
+
+_LAST_STAMP = np.iinfo(np.int32).max
 
 _SQUARINGS = 3
 """The sharper belief is the belief to the power of 2 to this, which is 8."""
@@ -83,11 +86,12 @@ class RunningPathSearch:
         self._map = path_map_of(space)
         self._bound = value_bound_of(space, self._map)
         self._bordered = space.n_rows + 2 * reach, space.n_cols + 2 * reach
-        self._inner = slice(reach, reach + space.n_rows), slice(reach, reach + space.n_cols)
+        self._reach = reach
+        self._powers = np.empty(space.n_cells if config.hedge else 0)
         self._sims = config.sims
         # A level needs about a dozen simulations to choose among paths; docs/search.md.
         self._depth = min(config.horizon, max(config.sims // SIMS_A_LEVEL, 1))
-        n_cells, n_poses = self._bordered[0] * self._bordered[1], len(self._map.cell)
+        n_cells, n_poses = self._bordered[0] * self._bordered[1], space.n_cells * HEADINGS
         self._state = new_path_state(
             n_cells, len(self._bound.blocks), self._depth, self._map.fans.shape[1]
         )
@@ -98,7 +102,8 @@ class RunningPathSearch:
         # level.
         self._tree = new_tree(config.sims + widest + 4 * self._depth)
         self._found = new_candidates(widest, n_poses)
-        self._scouts = new_scouts(n_poses)
+        self._scouts = new_scouts(space, len(self._bound.blocks), reach)
+        self._stamp = 1
         self._plan: NDArray[np.int64] = np.empty(0, dtype=np.int64)
         self._expected = -1  # the pose after the first move of the plan, if it does not slip
 
@@ -120,14 +125,15 @@ class RunningPathSearch:
         root = tree[0]
         root["pose"], root["remaining"] = pose, objective.total
         root["move"], root["child"] = -1, -1
-        self._found.kept["level"] = -1
+        if self._stamp > _LAST_STAMP - self._depth:
+            self._found.kept["stamp"], self._stamp = 0, 1
         size, last, spent = explore(
             self._map, objective, self._bound, tree, self._state, self._found,
-            self._sims, self._depth, self._hint(objective, pose),
+            self._sims, self._depth, self._hint(objective, pose), self._stamp,
         )  # fmt: skip
+        self._stamp += self._depth
         path = self._best_path(last, size)
-        believed = self._mass(belief, 0.0)
-        chances = self._detected(believed, path)
+        chances = self._detected(belief, path)
         self._plan = tree["move"][path]
         children = {m: tree[child] for m, child in enumerate(root["child"]) if child >= 0}
         info = PlanInfo(
@@ -136,7 +142,7 @@ class RunningPathSearch:
             seconds=time.perf_counter() - begun,
             values={space.moves[m].name: self._value(objective, c) for m, c in children.items()},
             visits={space.moves[m].name: int(c["visits"]) for m, c in children.items()},
-            tree=self._tree_below([], objective, believed, config.tree_depth)
+            tree=self._tree_below([], objective, belief, config.tree_depth)
             if config.tree_depth
             else None,
             notes={
@@ -183,7 +189,7 @@ class RunningPathSearch:
         for move in self._plan:
             stopped = len(self._map.collides) > 0 and self._map.collides[move, pose]
             rewards.append(objective.collision if stopped else objective.move)
-            pose = int(self._map.next_pose[move, pose])
+            pose = self._space.next_pose(int(move), pose)
             poses.append(pose)
         detected = np.zeros(len(poses))
         left = objective.mass.copy()
@@ -192,9 +198,7 @@ class RunningPathSearch:
         weight = config.discount ** np.arange(len(poses))
         later = config.discount * config.right_find_reward * detected
         total = float((weight * (np.array(rewards) * remaining + later)).sum())
-        by_block = np.bincount(
-            self._bound.block, weights=left, minlength=len(self._bound.blocks)
-        ).astype(np.float64)
+        by_block = self._by_block(left)
         row, col, heading = self._space.decode(pose)
         if len(self._bound.around):
             promised = float(self._bound.around[pose] @ by_block)
@@ -211,7 +215,8 @@ class RunningPathSearch:
         if not unseen and not len(hidden):
             return
         if not len(hidden):
-            hidden = np.zeros((len(self._map.cell), self._map.fans.shape[1]), dtype=bool)
+            shape = self._space.n_cells * HEADINGS, self._map.fans.shape[1]
+            hidden = np.zeros(shape, dtype=bool)
             self._map = self._map._replace(hidden=hidden)
         space = self._space
         shown = belief.robot.view - unseen
@@ -242,9 +247,14 @@ class RunningPathSearch:
         """Return what counts under a belief, and give its mass to the value bound."""
         bound = self._bound
         objective = self._objective_of(belief, belief.space.config.hedge)
-        by_block = np.bincount(bound.block, weights=objective.mass, minlength=len(bound.blocks))
-        set_mass(bound, by_block.astype(np.float64), belief.space.n_cols)
+        set_mass(bound, self._by_block(objective.mass), belief.space.n_cols)
         return objective
+
+    def _by_block(self, mass: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the mass of each block, shape (B,)."""
+        sums = np.zeros(len(self._bound.blocks))
+        sum_by_block(mass, self._bound.block, sums)
+        return sums
 
     def _objective_of(self, belief: GridBelief, share: float) -> Objective:
         """Return what counts under a belief, a share of which is sharpened."""
@@ -266,21 +276,46 @@ class RunningPathSearch:
         for i, table in enumerate(belief.flat):
             if not belief.robot.found >> i & 1:
                 # Independent targets add up; the border stays empty.
-                mass[self._inner] += sharpened(table, share).reshape(self._space.shape)
+                if share == 0.0:
+                    add_mass(mass, table, 1.0, self._powers[:0], 0.0, self._reach)
+                    continue
+                eighth_power(table, float(table.max()), self._powers)
+                sharp = share / float(self._powers.sum())  # see `sharpened`
+                add_mass(mass, table, 1.0 - share, self._powers, sharp, self._reach)
         return mass.ravel()
 
-    def _detected(self, mass: NDArray[np.float64], path: list[int]) -> NDArray[np.float64]:
+    def _detected(self, belief: GridBelief, path: list[int]) -> NDArray[np.float64]:
         """Return how many targets each node of a path is expected to be the first to show."""
-        hit, detected = self._space.hit, np.zeros(len(path))
-        detection_masses(self._map, mass.copy(), hit, self._tree["pose"][path], detected)
+        space, detected = self._space, np.zeros(len(path))
+        wanted = [t for i, t in enumerate(belief.flat) if not belief.robot.found >> i & 1]
+        left: dict[int, float] = {}
+        for i, pose in enumerate(self._tree["pose"][path].tolist()):
+            for cell in self._shown(pose):
+                mass = left.get(cell)
+                if mass is None:
+                    mass = sum(float(table[cell]) for table in wanted)
+                detected[i] += space.hit * mass
+                left[cell] = mass * (1.0 - space.hit)
         return detected
+
+    def _shown(self, pose: int) -> list[int]:
+        """Return the cells in view from a pose, flat indices in the order of the fan."""
+        space, hidden = self._space, self._map.hidden
+        row, col, heading = space.decode(pose)
+        return [
+            (row + dr) * space.n_cols + col + dc
+            for place, (dr, dc) in enumerate(space.fans[heading])
+            if 0 <= row + dr < space.n_rows
+            and 0 <= col + dc < space.n_cols
+            and not (len(hidden) and hidden[pose, place])
+        ]
 
     def _hint(self, objective: Objective, pose: int) -> NDArray[np.int64]:
         """Return the rest of the last plan or, where there is none, the greedy path."""
         if len(self._plan):
             return self._plan
         moves = np.empty(self._depth, dtype=np.int64)
-        n = greedy_path(self._map, objective, pose, self._scouts, moves)
+        n = greedy_path(self._map, objective, self._bound, pose, self._scouts, moves)
         return moves[:n]
 
     def _value(self, objective: Objective, child: Any) -> float:
@@ -304,7 +339,7 @@ class RunningPathSearch:
         return path[::-1]
 
     def _tree_below(
-        self, path: list[int], objective: Objective, believed: NDArray[np.float64], depth: int
+        self, path: list[int], objective: Objective, belief: GridBelief, depth: int
     ) -> dict[str, Any]:
         """Return the tree below a path as JSON values; a path goes on while nothing is detected."""
         tree, node = self._tree, self._tree[path[-1] if path else 0]
@@ -315,10 +350,10 @@ class RunningPathSearch:
                 self._space.actions[tree[child]["move"]].name: {
                     "value": self._value(objective, tree[child]),
                     "visits": int(tree[child]["visits"]),
-                    "expected_seen": float(self._detected(believed, [*path, child])[-1]),
+                    "expected_seen": float(self._detected(belief, [*path, child])[-1]),
                     "after": {
                         "nothing seen": self._tree_below(
-                            [*path, child], objective, believed, depth - 1
+                            [*path, child], objective, belief, depth - 1
                         )
                     },
                 }

@@ -150,7 +150,7 @@ class RobotState(ObjectState):
     view: frozenset[int]
     _space: _Space
     _next: list[RobotState | None]
-    _prefer: tuple[bytes, int, int]
+    _prefer: tuple[bytes, int, int] | None
 
     def __init__(
         self,
@@ -182,7 +182,7 @@ class RobotState(ObjectState):
             "_space": space,
             # Successors are kept: a rollout asks for the same moves again and again.
             "_next": [None] * 3,
-            "_prefer": space.preferences(pose),
+            "_prefer": None,  # looked up by the first rollout that asks: large on large maps
             "_hash": hash((pose, found, finds, looked, collided)),
         }
         for name, value in derived.items():
@@ -192,6 +192,14 @@ class RobotState(ObjectState):
     __setitem__ = _refuse
     __copy__ = __deepcopy__ = copy = _same
     __ne__ = _differs
+
+    @property
+    def preferences(self) -> tuple[bytes, int, int]:
+        """How the moves preferred from here are looked up; see `SearchSpace.preferences`."""
+        if self._prefer is None:
+            object.__setattr__(self, "_prefer", self._space.preferences(self.pose))
+        found: tuple[bytes, int, int] = self._prefer  # type: ignore[assignment]
+        return found
 
     @property
     def cell(self) -> tuple[int, int]:

@@ -133,6 +133,10 @@ def add_legend(ax: Axes, handles: Sequence[Any], layer: LabelLayer) -> None:
     legend.set_zorder(8.0)
     if not room:
         layer.avoid(legend)
+    elif figure is not None and (engine := figure.get_layout_engine()) is not None:
+        # A map keeps its aspect, so that one round of the layout, which drawing is, does not yet
+        # know where the legend comes to lie; the next one leaves room for it.
+        engine.execute(figure.get_figure(root=True))
 
 
 def _columns(widths: Sequence[float], room: float) -> int:

@@ -208,15 +208,18 @@ class Placer:
             for u in (0.5, 0.35, 0.65, 0.2, 0.8)
             for v in (0.5, 0.35, 0.65, 0.2, 0.8)
         ]
-        centres = [tuple(middle), tuple(roomy), *grid]
+        centres = np.array([tuple(middle), tuple(roomy), *grid])
         reach = float(np.hypot(east - west, north - south)) or 1.0
         for shrink in _SHRINK:
             for k, text in enumerate(_wrapped(label.text)):
                 size = self.base_pt * label.size * shrink
                 w, h = self._measure(text, size, label)
-                for x, y in centres:
-                    box = shapely.box(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
-                    out = 1.0 - box.intersection(whole).area / box.area
+                half = np.array([w / 2, h / 2])
+                boxes = shapely.box(*(centres - half).T, *(centres + half).T)
+                outside = 1.0 - shapely.area(shapely.intersection(boxes, whole)) / shapely.area(
+                    boxes
+                )
+                for (x, y), out in zip(centres, outside.tolist(), strict=True):
                     # More than 62 % outside and nobody would know what it names.
                     if out > (0.9 if label.must else 0.62):
                         continue

@@ -13,7 +13,9 @@ from support.tree import ROOT
 
 BENCHMARKS = ROOT / "benchmarks"
 SLOW = {
+    "bench_scale.py",
     "bench_search.py",
+    "peers.py",
     "bench_start.py",
     "bench_sweep.py",
     "bench_web.py",
@@ -60,6 +62,18 @@ FIGURES = {
         "find a misspelt name",
         "a window of 200 m",
     ),
+    "bench_scale.py": (
+        "set-up of fast",
+        "first plan of fast",
+        "search to the first step",
+        "peak memory of planner",
+        "exact, 241 x 241, 3 frame relations",
+        "coarse to fine, 241 x 241, a corner of two streets",
+        "county of",
+        "peak memory of county",
+        "texts, reading included, 1 workers",
+        "texts, reading included, 2 workers",
+    ),
     "bench_search.py": (
         "bundled",
         "pouct / bundled",
@@ -96,6 +110,14 @@ FIGURES = {
         "| student-vonmises product | none |",
         "| student-vonmises product | temper .5 |",
         "| student-vonmises product | error_m 10 |",
+    ),
+    "peers.py": (
+        "simulations, pomdp-py on its bundled domain",
+        "simulations, NativePouct of sloop_ppl",
+        "Tiger, depth 30, POUCT of pomdp-py",
+        "Tiger, depth 30, NativePouct of sloop_ppl",
+        "three fronts, 41 x 41, exact of sloop_ppl",
+        "import of block.osm, import_osm of sloop_ppl",
     ),
     "search_quality.py": (
         "| greedy |",

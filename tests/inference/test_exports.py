@@ -2,14 +2,19 @@ from __future__ import annotations
 
 import builtins
 import json
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import shapely
 
+import sloop_ppl as sloop
 from sloop_ppl.errors import InputError, OutputError, UnknownName
+from sloop_ppl.eval import bundled_examples
 from sloop_ppl.inference import infer_description, write_geojson
 from sloop_ppl.maps import load_map
+from sloop_ppl.models import preset
 from tests.scenes import TARGET, house_and_street, relation, said, symmetric_grid
 
 CITY = load_map("cleveland")
@@ -94,18 +99,67 @@ def test_arviz_holds_draws_of_every_latent(posterior):
     assert isinstance(data, arviz.InferenceData)
     draws = data.posterior
     assert dict(draws.sizes)["draw"] == 400
+    assert dict(draws.sizes)["chain"] == 4
     assert set(draws) == {
-        "RedCar_x", "RedCar_y", "RedCar_component", "RedCar_front",
-        "RedBike_x", "RedBike_y", "RedBike_component",
+        "RedCar_x", "RedCar_y", "RedCar_front",
+        "RedBike_x", "RedBike_y", "RedBike_component", "RedBike_is",
     }  # fmt: skip
-    share = float((draws["RedCar_component"] == 0).mean())
-    assert share == pytest.approx(posterior.component(TARGET)["product"], abs=0.02)
+    share = float((draws["RedBike_component"] == 0).mean())
+    assert share == pytest.approx(posterior.component("RedBike")["product"], abs=0.02)
+    named = draws["RedBike_is"].sel(component="product")
+    assert float(named.mean()) == pytest.approx(share)
     assert float(draws["RedCar_x"].mean()) == pytest.approx(posterior.expected(TARGET)[0], abs=2)
     assert float(data.constant_data["belief"].sum()) == pytest.approx(2)
     assert draws.identical(posterior.to_arviz(400).posterior)
     drawn = posterior.to_arviz(400, rng=np.random.default_rng(0)).posterior
     assert not draws.identical(drawn)
     assert arviz.summary(data, var_names=["RedCar_x"], kind="stats").shape[0] == 1
+
+
+def test_arviz_summarises_compares_and_checks_without_a_warning(posterior, caplog):
+    arviz = pytest.importorskip("arviz", reason="the extra [arviz] is not installed")
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    example = next(e for e in bundled_examples() if e.id == "cleveland-ex-01")
+    said = sloop.parse(example.text, CITY)
+    data = sloop.infer(said, CITY).to_arviz()
+    assert set(data.groups()) == {
+        "posterior", "prior", "posterior_predictive", "observed_data", "log_likelihood",
+        "constant_data",
+    }  # fmt: skip
+    lapsing = replace(preset("bayes"), lapse=0.4)
+    other = sloop.infer(said, CITY, lapsing).to_arviz()
+    with warnings.catch_warnings():
+        # ArviZ's own use of pandas, of which nobody else can do anything
+        warnings.filterwarnings("ignore", message="The inplace keyword")
+        summary = arviz.summary(data)
+        ranked = arviz.compare({"bayes": data, "lapsing": other})
+        arviz.plot_ppc(data, num_pp_samples=20)
+    assert caplog.records == []
+    assert "GreenToyota_is[0, product]" in summary.index
+    assert set(ranked.index) == {"bayes", "lapsing"}
+    assert not ranked["warning"].any()
+    matplotlib.pyplot.close("all")
+
+
+def test_arviz_groups_are_what_the_posterior_says(posterior):
+    pytest.importorskip("arviz", reason="the extra [arviz] is not installed")
+    data = posterior.to_arviz(500)
+    words = data.observed_data.attrs["words"]
+    assert [words[i] for i in data.observed_data["word"].values] == ["behind", "at"]
+    log_p = data.log_likelihood["word"]
+    assert (log_p <= 0).all()
+    # The share of draws of a word is the mean of its probability.
+    drawn, said = data.posterior_predictive["word"], data.observed_data["word"]
+    share = (drawn == said).mean(("chain", "draw"))
+    np.testing.assert_allclose(share, np.exp(log_p).mean(("chain", "draw")), atol=0.03)
+    # The prior is uniform over the map, and its components have their weights.
+    assert float(data.prior["RedCar_x"].std()) == pytest.approx(CITY.grid.x_m.std(), rel=0.02)
+    weights = data.prior["RedCar_is"].isel(chain=0, draw=0)
+    wanted = posterior.component_prior(TARGET)
+    assert dict(zip(weights["component"].values.tolist(), weights.values, strict=True)) == (
+        pytest.approx(wanted)
+    )
 
 
 def test_without_arviz_it_says_how_to_get_it(posterior, monkeypatch):

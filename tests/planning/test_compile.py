@@ -16,7 +16,9 @@ from sloop_ppl.planning import (
     SearchConfig,
     SearchObservation,
     SearchSpace,
+    _belief_mass,
     _compile,
+    _greedy_path,
     _path_kernel,
     _path_map,
     _tree_kernel,
@@ -30,7 +32,7 @@ from sloop_ppl.planning._compile import jit
 ROOT = Path(__file__).parents[2]
 ENTRIES = [
     function
-    for module in (_path_kernel, _path_map, _tree_kernel, _value_bound)
+    for module in (_belief_mass, _greedy_path, _path_kernel, _path_map, _tree_kernel, _value_bound)
     for name, function in vars(module).items()
     if isinstance(getattr(function, "_cache", None), _compile._ForgivingCache)
 ]
@@ -160,8 +162,8 @@ def test_one_version_serves_all_settings(rollout):
             planner.update(agent, space.moves[1], _nothing(space, robot))
             planner.plan(agent)
             assert action in space.actions
-    assert len(ENTRIES) == 8
-    assert [len(function.signatures) for function in ENTRIES] == [1] * 8
+    assert len(ENTRIES) == 11
+    assert [len(function.signatures) for function in ENTRIES] == [1] * 11
 
 
 def _nothing(space, robot):

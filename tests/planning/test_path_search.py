@@ -9,6 +9,8 @@ from sloop_ppl.planning import (
     SearchConfig,
     SearchObservation,
     SearchSpace,
+    _clairvoyant,
+    _greedy_path,
     make_planner,
     run_search,
 )
@@ -21,12 +23,19 @@ from sloop_ppl.planning._clairvoyant import (
     rewards_of,
 )
 from sloop_ppl.planning._path_kernel import lift_last, sink_first
-from sloop_ppl.planning._path_map import path_map_of
+from sloop_ppl.planning._path_map import next_pose, path_map_of
 from sloop_ppl.planning._search_tables import likeliest_poses, reach_from, visible_mass
-from sloop_ppl.planning._value_bound import bound_from, set_mass, value_bound_of
+from sloop_ppl.planning._value_bound import (
+    bound_from,
+    estimated_bound,
+    set_mass,
+    value_bound_of,
+)
 from sloop_ppl.planning.path_search import RunningPathSearch, sharpened
 
 bound_at = numba.njit(lambda bound, pose, n_cols: bound_from(bound, pose, n_cols))
+pose_after = numba.njit(lambda path_map, move, pose: next_pose(path_map, move, pose))
+estimated = numba.njit(lambda numbers, h, north, east: estimated_bound(numbers, h, north, east))
 lift = numba.njit(lambda heap, score, size: lift_last(heap, score, size))
 sink = numba.njit(lambda heap, score, size: sink_first(heap, score, size))
 
@@ -301,11 +310,12 @@ def test_who_knows_where_the_target_is_earns_what_the_moves_leave():
 def test_next_poses_are_those_of_the_space(settings):
     walls = np.random.default_rng(5).random((9, 11)) < 0.15
     space = SearchSpace((9, 11), ("A",), SearchConfig(**settings), walls)
-    nexts, collides = path_map_of(space).next_pose, path_map_of(space).collides
+    path_map = path_map_of(space)
+    collides = path_map.collides
     for move in range(3):
         for pose in range(9 * 11 * 8):
             after, stopped = space.moved(move, pose)
-            assert nexts[move, pose] == after
+            assert pose_after(path_map, move, pose) == after
             assert bool(len(collides) and collides[move, pose]) == stopped
 
 
@@ -340,3 +350,46 @@ def test_the_rest_of_a_path_is_kept_unless_the_move_slipped(slips):
     planner.update(agent, action, nothing)
     kept = [space.moves[move].name for move in planner._plan]
     assert kept == ([] if slips else list(info.notes["path"][1:]))
+
+
+@pytest.mark.parametrize("settings", [{}, {"turn_deg": 90}, {"discount": 1.0}])
+def test_on_large_maps_the_bound_is_the_estimate(settings, monkeypatch):
+    monkeypatch.setattr(_clairvoyant, "FLOOD_POSES", 0)
+    _clairvoyant._bounds.cache_clear()
+    space = space_of((9, 14), **settings)
+    table, bound = clairvoyant_bounds(space), bound_of(space)
+    _clairvoyant._bounds.cache_clear()
+    assert bound.bound.size == 0
+    for heading in range(8):
+        for north in range(-8, 9):
+            for east in range(-13, 14):
+                value = estimated(bound.estimate, heading, north, east)
+                wanted = table[heading, north + 8, east + 13]
+                # Half a turn more or less to what lies on the border of two eighths.
+                ties = settings == {"turn_deg": 90} and abs(north) == abs(east)
+                assert ties or value == pytest.approx(wanted, rel=1e-6, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_on_large_maps_the_hint_leads_to_what_is_far(seed, monkeypatch):
+    """With a small window the way is about as good as the one of which every pose is looked at."""
+    rng = np.random.default_rng(seed)
+    belief = np.full((60, 70), 1e-6)
+    belief[rng.integers(60), rng.integers(70)] = 1.0
+    belief[rng.integers(60), rng.integers(70)] = 0.3
+    space = space_of((60, 70), depth=80)
+    pose = space.encode(30, 30, int(rng.integers(8)))
+    agent = agent_of(space, {"A": belief}, pose)
+    reach = reach_from(pose, likeliest_poses(space))
+    mass = sharpened(belief / belief.sum(), space.config.hedge).ravel()
+    best = int((visible_mass(space, [mass]) * 0.95**reach.steps).argmax())
+    monkeypatch.setattr(_greedy_path, "NEAR_POSES", 12 * 12 * 8)
+    planner = RunningPathSearch(space)
+    assert planner._scouts.most.size  # the map is more than a window
+    moves, at = planner._hint(planner._objective(agent.belief), pose), pose
+    for move in moves:
+        at = space.next_pose(int(move), at)
+    # It ends within a step of the best pose, after about as few moves.
+    apart = np.subtract(space.decode(at)[:2], space.decode(best)[:2])
+    assert np.abs(apart).max() <= 5
+    assert len(moves) <= reach.steps[best] + 6

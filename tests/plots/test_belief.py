@@ -157,3 +157,23 @@ def test_equal_input_gives_equal_bytes(posterior: FakePosterior, tmp_path, endin
         ax = plot_belief(posterior, "GreenToyota", ax=Figure(figsize=(4, 4)).add_subplot())
         written.append(save_figure(ax, tmp_path / f"{name}.{ending}", dpi=60).read_bytes())
     assert written[0] == written[1]
+
+
+def test_the_legend_and_the_title_stay_within_the_figure(tmp_path):
+    import sloop_ppl as sloop
+
+    city = sloop.load_map("cleveland")
+    posterior = sloop.infer("the green toyota is behind velvet dog, near ivy", city, "sloop-m4")
+    figure = Figure(figsize=(13, 6), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for panel in panels:
+        plot_belief(posterior, "GreenToyota", ax=panel, title="a model")
+    figure.savefig(tmp_path / "compared.png")  # one round of the layout, as a user has it
+    width, height = figure.bbox.width, figure.bbox.height
+    for panel in panels:
+        for drawn in (panel.get_legend(), panel.title):
+            box = drawn.get_window_extent()
+            assert box.x0 >= 0
+            assert box.y0 >= -1
+            assert box.x1 <= width
+            assert box.y1 <= height + 1
