@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,30 @@ from sloop_ppl._html import beside, caption, html_table
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap
 from sloop_ppl.maps._notebook import city_svg
-
-if TYPE_CHECKING:
-    from sloop_ppl.inference.posterior import Posterior
+from sloop_ppl.models import ObservationModel
 
 __all__ = ["BeliefComparison", "compare_beliefs"]
 
 Table = NDArray[np.float64]
+
+
+class Compared(Protocol):
+    """What is compared: a posterior."""
+
+    @property
+    def city(self) -> CityMap:
+        """The map."""
+
+    @property
+    def model(self) -> ObservationModel:
+        """The observation model."""
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Ids of the targets."""
+
+    def belief(self, target: str) -> Table:
+        """Return the probability of each cell, shape (H, W)."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,7 +115,7 @@ class BeliefComparison:
         return "".join(parts) + html_table(rows, head)
 
 
-def compare_beliefs(first: Posterior, second: Posterior) -> BeliefComparison:
+def compare_beliefs(first: Compared, second: Compared) -> BeliefComparison:
     """Return how two posteriors differ; see :meth:`sloop_ppl.Posterior.compare`."""
     if not callable(getattr(second, "belief", None)) or not hasattr(second, "targets"):
         raise InputError(

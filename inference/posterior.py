@@ -724,9 +724,9 @@ class Posterior:
 
     def _prior_draws(
         self, n: int, rng: np.random.Generator | None
-    ) -> dict[str, tuple[Table, dict[str, float]]]:
+    ) -> dict[str, tuple[NDArray[np.intp], Mapping[str, float]]]:
         """Return, by target, numbers of drawn cells, and the components' prior weights."""
-        found = {}
+        found: dict[str, tuple[NDArray[np.intp], Mapping[str, float]]] = {}
         for target in self.targets:
             uniforms = uniforms_for((), target, n, rng)[:, 0]
             cells = inverse(softmax(self.log_prior[target]), uniforms)
@@ -740,7 +740,7 @@ class Posterior:
         if not self.can_speak:
             return []
         model = replace(speaker_of(self.model), sum_readings=False, sum_grounds=False)
-        found = []
+        found: list[SaidWord] = []
         for target, table in draws.items():
             cells = table["row"].values * self.city.grid.n_cols + table["col"].values
             seen: set[int] = set()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import shapely
@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl._html import svg_map
-
-if TYPE_CHECKING:
-    from sloop_ppl.maps.city import CityMap
+from sloop_ppl.maps.grid import Grid
+from sloop_ppl.maps.landmark import Landmark
 
 __all__ = ["city_svg"]
 
@@ -30,8 +29,20 @@ _STYLES = {
 _LINE = 'fill="none" stroke="#ffffff" stroke-width="2.5"'
 
 
+class Drawn(Protocol):
+    """What is drawn: a map."""
+
+    @property
+    def grid(self) -> Grid:
+        """Its cells."""
+
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """Its landmarks."""
+
+
 def city_svg(
-    city: CityMap,
+    city: Drawn,
     title: str,
     *,
     heat: NDArray[np.float64] | None = None,

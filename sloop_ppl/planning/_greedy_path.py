@@ -59,7 +59,9 @@ def new_scouts(space: SearchSpace, n_blocks: int, reach: int) -> Scouts:
         rows, cols = min(rows, side), min(cols, side)
     n_poses = rows * cols * HEADINGS
     return Scouts(
-        *(np.empty(n_poses, dtype=np.int32) for _ in range(3)),
+        steps=np.empty(n_poses, dtype=np.int32),
+        origin=np.empty(n_poses, dtype=np.int32),
+        queue=np.empty(n_poses, dtype=np.int32),
         window=np.array([0, 0, rows, cols], dtype=np.int64),
         sums=np.zeros(0 if is_whole else space.n_cols + 2 * reach),
         most=np.zeros(0 if is_whole else n_blocks),
@@ -82,8 +84,9 @@ def _place(path_map: PathMap, window: NDArray[np.int64], pose: int) -> int:
     row = (pose >> 3) // path_map.n_cols - window[0]
     col = (pose >> 3) % path_map.n_cols - window[1]
     if row < 0 or row >= window[2] or col < 0 or col >= window[3]:
-        return int64(-1)
-    return int64((row * window[3] + col) * 8 + (pose & 7))
+        return -1
+    number: int = int64((row * window[3] + col) * 8 + (pose & 7))
+    return number
 
 
 @jit
@@ -198,7 +201,8 @@ def _far_goal(
 ) -> int:
     """Return the pose outside the window that promises more than `best`, and the most; or -1."""
     _bound_views(path_map, objective, value_bound, start, scouts)
-    most, goal = scouts.most, int64(-1)
+    most = scouts.most
+    goal: int = int64(-1)
     first = int64(0)
     for block in range(len(most)):
         first = block if most[block] > most[first] else first
@@ -232,7 +236,8 @@ def _moves_between(path_map: PathMap, value_bound: ValueBound, start: int, goal:
     estimate = value_bound.estimate
     # The goal itself is to be reached, not to be in view.
     there = moves_to(estimate, start & 7, north, east) + estimate[0] / estimate[1]
-    return there + turns_to(estimate[5 + (goal & 7)], goal & 7, north, east)
+    moves: float = there + turns_to(estimate[5 + (goal & 7)], goal & 7, north, east)
+    return moves
 
 
 @inlined
@@ -244,7 +249,8 @@ def _way_to(
     moves: NDArray[np.int64],
 ) -> int:
     """Fill in moves towards a pose, turning towards it and going on; return how many."""
-    pose, length, estimate = start, int64(0), value_bound.estimate
+    pose, estimate = start, value_bound.estimate
+    length: int = int64(0)
     goal_row, goal_col = (goal >> 3) // path_map.n_cols, (goal >> 3) % path_map.n_cols
     goes = False
     while length < len(moves):

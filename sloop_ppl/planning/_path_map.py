@@ -125,7 +125,8 @@ def next_pose(path_map: PathMap, move: int, pose: int) -> int:
         return pose
     # & 7: the remainder of the division by 8, of negative numbers, too
     turned = (heading + path_map.offsets[move, heading, 2]) & 7
-    return int64((row * path_map.n_cols + col) * 8 + turned)
+    after: int = int64((row * path_map.n_cols + col) * 8 + turned)
+    return after
 
 
 @inlined
@@ -133,7 +134,8 @@ def bordered_cell(path_map: PathMap, pose: int) -> int:
     """Return the index of a pose's cell in the bordered map."""
     row, col = (pose >> 3) // path_map.n_cols, (pose >> 3) % path_map.n_cols
     width = path_map.n_cols + 2 * path_map.reach
-    return int64((row + path_map.reach) * width + col + path_map.reach)
+    cell: int = int64((row + path_map.reach) * width + col + path_map.reach)
+    return cell
 
 
 @inlined

@@ -107,7 +107,8 @@ def _surely_seen(space: SearchSpace, pose: int, limit: int) -> NDArray[np.bool_]
     roomy = 4 * space.config.step_cells
     north = np.maximum(np.abs(np.arange(space.n_rows) - row) + 1, roomy)
     east = np.maximum(np.abs(np.arange(space.n_cols) - col) + 1, roomy)
-    return (north[:, None] + east <= limit).ravel()
+    seen: NDArray[np.bool_] = (north[:, None] + east <= limit).ravel()
+    return seen
 
 
 def _union_of_fans(space: SearchSpace, poses: NDArray[np.intp]) -> NDArray[np.bool_]:
