@@ -140,7 +140,7 @@ def inference(quick: bool) -> None:
     from sloop_ppl.inference import infer_description, infer_refined
 
     torch.set_num_threads(1)
-    half = 600 if quick else 2500
+    half = 1200 if quick else 2500
     small = made_county(100, 16, spacing_m=60)
     infer_description(described(small, "3 frame relations"), small)  # what loads only once
     city = made_county(half, 300 if quick else 3000)

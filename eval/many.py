@@ -173,24 +173,24 @@ def _jobs(
     model: bytes,
     options: Mapping[str, Any],
 ) -> Iterator[_Job]:
-    numbered = (_item(i, said, city is not None) for i, said in enumerate(descriptions))
+    numbered = (_item(i, utterance, city is not None) for i, utterance in enumerate(descriptions))
     while items := tuple(islice(numbered, _TOGETHER)):
         yield _Job(items, city, model, options)
 
 
-def _item(index: int, said: Any, has_map: bool) -> _Item:
+def _item(index: int, utterance: Any, has_map: bool) -> _Item:
     """Return a description with the map it names, None where one is given for all."""
-    if isinstance(said, str | Description) and has_map:
-        return index, said, None
-    if isinstance(said, Description) and said.map:
-        return index, said, said.map
-    if isinstance(said, tuple) and len(said) == 2 and not has_map:
-        text, where = said
+    if isinstance(utterance, str | Description) and has_map:
+        return index, utterance, None
+    if isinstance(utterance, Description) and utterance.map:
+        return index, utterance, utterance.map
+    if isinstance(utterance, tuple) and len(utterance) == 2 and not has_map:
+        text, where = utterance
         if isinstance(text, str | Description) and isinstance(where, str | Path):
             return index, text, str(where)
     wanted = "a text or a Description" if has_map else "a pair of a text and a map, as no map is"
     raise InputError(
-        f"Description {index} is {said!r:.80}; expected {wanted} "
+        f"Description {index} is {utterance!r:.80}; expected {wanted} "
         f"{'of the map' if has_map else 'given for all'}"
     )
 
@@ -202,13 +202,13 @@ def _work(job: _Job, *, driver: Driver) -> list[InferredBeliefs]:
 
 
 def _inferred(job: _Job, item: _Item) -> InferredBeliefs:
-    index, said, where = item
-    text = said if isinstance(said, str) else said.text
+    index, utterance, where = item
+    text = utterance if isinstance(utterance, str) else utterance.text
     name = where or ""
     try:
         city = _loaded(where) if where is not None else _unpickled(job.city or b"")
         name = city.name
-        posterior = infer(said, city, unpickled_model(job.model), **job.options)
+        posterior = infer(utterance, city, unpickled_model(job.model), **job.options)
     except SloopError as error:
         return InferredBeliefs(index, text, name, fault=" ".join(str(error).split()))
     return InferredBeliefs(index, text, name, {t: posterior.belief(t) for t in posterior.targets})

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CHAINS",
-    "SaidWord",
+    "PhraseWord",
     "draws_from",
     "import_arviz",
     "inverse",
@@ -41,7 +41,7 @@ _BINS = 72  # 5 degrees, within which a front is drawn evenly
 _AT_ONCE = 10_000  # draws, times the bins: a table of 6 MB
 
 
-class SaidWord(NamedTuple):
+class PhraseWord(NamedTuple):
     """An asserted phrase as a choice among words, at each draw.
 
     Attributes
@@ -170,7 +170,7 @@ def to_arviz(
     constants: xarray.Dataset,
     attrs: Mapping[str, Any],
     prior: Mapping[str, tuple[NDArray[np.intp], Mapping[str, float]]],
-    said: Sequence[SaidWord],
+    phrases: Sequence[PhraseWord],
 ) -> Any:
     """Return an ArviZ InferenceData of draws from a posterior.
 
@@ -240,7 +240,7 @@ def to_arviz(
         "posterior": xarray.Dataset(drawn, attrs=dict(attrs)),
         "prior": _prior_group(prior, names, constants, attrs),
         "constant_data": constants,
-        **(_word_groups(said) if said else {}),
+        **(_word_groups(phrases) if phrases else {}),
     }
     return arviz.InferenceData(**{name: _in_chains(table) for name, table in groups.items()})
 
@@ -287,14 +287,14 @@ def _prior_group(
     return xarray.Dataset(found, coords={"component": list(names)}, attrs=dict(attrs))
 
 
-def _word_groups(said: Sequence[SaidWord]) -> dict[str, xarray.Dataset]:
+def _word_groups(phrases: Sequence[PhraseWord]) -> dict[str, xarray.Dataset]:
     """Return what was said, what would be, and how probable what was said is."""
     import xarray
 
-    words = sorted({word for phrase in said for word in phrase.words})
-    coords = {"phrase": [phrase.label for phrase in said]}
+    words = sorted({word for phrase in phrases for word in phrase.words})
+    coords = {"phrase": [phrase.label for phrase in phrases]}
     drawn, observed, log_p = [], [], []
-    for phrase in said:
+    for phrase in phrases:
         numbers = np.array([words.index(word) for word in phrase.words])
         drawn.append(numbers[_by_column(phrase.p, phrase.uniforms)])
         observed.append(words.index(phrase.word))

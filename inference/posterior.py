@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
-from sloop_ppl.inference._draws import CHAINS, SaidWord, draws_from, inverse, to_arviz, uniforms_for
+from sloop_ppl.inference._draws import (
+    CHAINS,
+    PhraseWord,
+    draws_from,
+    inverse,
+    to_arviz,
+    uniforms_for,
+)
 from sloop_ppl.inference._log_evidence import LogEvidence
 from sloop_ppl.inference._log_tables import LogTable
 from sloop_ppl.inference._pairs import pair_table
@@ -158,9 +165,11 @@ class Posterior:
         rows = []
         for target in self.targets:
             x, y = self.mode(target)
-            said = "; ".join(f"{r.relation} {', '.join(r.grounds)}" for r in self.relations(target))
+            phrases = "; ".join(
+                f"{r.relation} {', '.join(r.grounds)}" for r in self.relations(target)
+            )
             size = int(self.hpd(target).sum())
-            rows.append((target, f"{x:g}, {y:g}", self.entropy(target), size, said))
+            rows.append((target, f"{x:g}, {y:g}", self.entropy(target), size, phrases))
         what = f"Posterior on {self.city.name} under {self.model.name}"
         return caption(what) + beside(parts) + html_table(rows, head)
 
@@ -719,7 +728,7 @@ class Posterior:
             constants,
             attrs,
             self._prior_draws(CHAINS * n, rng),
-            self._said(draws, rng),
+            self._phrase_words(draws, rng),
         )
 
     def _prior_draws(
@@ -733,14 +742,14 @@ class Posterior:
             found[target] = cells, self.component_prior(target)
         return found
 
-    def _said(
+    def _phrase_words(
         self, draws: Mapping[str, xarray.Dataset], rng: np.random.Generator | None
-    ) -> list[SaidWord]:
+    ) -> list[PhraseWord]:
         """Return each asserted phrase with the probability of every word at the drawn cells."""
         if not self.can_speak:
             return []
         model = replace(speaker_of(self.model), sum_readings=False, sum_grounds=False)
-        found: list[SaidWord] = []
+        found: list[PhraseWord] = []
         for target, table in draws.items():
             cells = table["row"].values * self.city.grid.n_cols + table["col"].values
             seen: set[int] = set()
@@ -754,7 +763,9 @@ class Posterior:
                 uniforms = uniforms_for((), target, len(cells), rng)[:, 0]
                 # Not in step with the cells, which the same lattice has drawn.
                 turned = np.roll(uniforms[::-1], len(uniforms) // 3 + len(found))
-                found.append(SaidWord(label, words, options[chosen].relation, p[:, cells], turned))
+                found.append(
+                    PhraseWord(label, words, options[chosen].relation, p[:, cells], turned)
+                )
         return found
 
     def utterances(

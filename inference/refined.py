@@ -239,12 +239,12 @@ def infer_refined(
             break
         columns, rows = finer_columns, finer_rows
     seconds = time.perf_counter() - started
-    said_of = {target for f in posterior.factors for target in f.log_factors}
+    spoken_of = {target for f in posterior.factors for target in f.log_factors}
     info = InferenceInfo(
         engine="coarse-to-fine",
         seconds=seconds,
         log_evidence=posterior.log_evidence,
-        not_located=tuple(t for t in posterior.targets if t not in said_of),
+        not_located=tuple(t for t in posterior.targets if t not in spoken_of),
     )
     return RefinedPosterior(city, posterior, grid, info, left)
 

@@ -410,12 +410,12 @@ class Description:
             object.__setattr__(self, "readings", seen)
 
     def __repr__(self) -> str:
-        said = "; ".join(
+        phrases = "; ".join(
             f"{r.figure} {'not ' if r.negated else ''}{r.relation} {', '.join(r.grounds)}"
             for r in self.relations
         )
         text = self.text if len(self.text) <= 60 else f"{self.text[:57]}..."
-        return f"Description({text!r} on {self.map!r}: {said or 'no relation'})"
+        return f"Description({text!r} on {self.map!r}: {phrases or 'no relation'})"
 
     def _repr_html_(self) -> str:
         from sloop_ppl._html import caption, html_table
