@@ -25,7 +25,7 @@ _LOST_M = 3.0
 """How far the drone may be from where it was sent before it counts as stuck."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class FlightLog:
     """What a flown search did beside its episode.
 
