@@ -21,6 +21,7 @@ from sloop_ppl.simulation import (
     World,
     flight_plan,
     make_detector,
+    measured_rates,
 )
 from sloop_ppl.simulation.world import nearest_free
 
@@ -168,9 +169,9 @@ def sweep_figure(scores: Sequence[CameraScore]) -> Figure:
         used = looks > 0
         share = hits[used] / looks[used]
         spread = np.sqrt(np.maximum(share * (1 - share), 1e-4) / looks[used])
-        x = np.arange(_BANDS)[used] + 0.5
+        x = np.arange(_BANDS)[used] + 0.5 + 0.04 * (len(left.containers) - 2.5)
         left.errorbar(x, share, yerr=1.96 * spread, color=colour, marker="o", ms=4, label=label)
-        left.axhline(score.rates().true_positive, color=colour, lw=0.8, ls=":")
+        left.axhline(measured_rates(score.detector).true_positive, color="0.2", lw=0.9, ls=":")
         errors = np.sort(score.errors_m)
         if len(errors):
             right.plot(errors, np.arange(1, len(errors) + 1) / len(errors), color=colour)
