@@ -148,7 +148,7 @@ def camera_panel(
     """Return a camera's picture with a box and the name around each target that was detected."""
     from PIL import ImageDraw
 
-    image = _image(picture)
+    image: Image = _image(picture)
     draw = ImageDraw.Draw(image)
     for found in detections:
         if found.box is None:
