@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from sloop_ppl.simulation import (
     World,
     flight_plan,
     make_detector,
+    measured_rates,
 )
 from sloop_ppl.simulation.world import nearest_free
 
@@ -38,7 +38,6 @@ _BANDS = 4
 """Distances of 0 to 1, 1 to 2, 2 to 3, 3 to 4 cells."""
 
 
-@dataclass
 class CameraScore:
     """What a detector did over the poses of a sweep.
 
@@ -52,6 +51,9 @@ class CameraScore:
         Looks with a target out of view, and those that reported it nonetheless.
     wrong_cell
         Reports from another cell than the target's.
+
+    Attributes
+    ----------
     errors_m
         Distance between reported and true place of each report in view.
     by_distance
@@ -60,16 +62,24 @@ class CameraScore:
         The same by kind of target.
     """
 
-    detector: str
-    altitude_m: float
-    in_view: int = 0
-    detected: int = 0
-    out_of_view: int = 0
-    false_reports: int = 0
-    wrong_cell: int = 0
-    errors_m: list[float] = field(default_factory=list)
-    by_distance: Any = field(default_factory=lambda: np.zeros((_BANDS, 2), dtype=int))
-    by_kind: dict[str, list[int]] = field(default_factory=dict)
+    def __init__(
+        self,
+        detector: str,
+        altitude_m: float,
+        *,
+        in_view: int = 0,
+        detected: int = 0,
+        out_of_view: int = 0,
+        false_reports: int = 0,
+        wrong_cell: int = 0,
+    ) -> None:
+        self.detector, self.altitude_m = detector, altitude_m
+        self.in_view, self.detected = in_view, detected
+        self.out_of_view, self.false_reports = out_of_view, false_reports
+        self.wrong_cell = wrong_cell
+        self.errors_m: list[float] = []
+        self.by_distance: Any = np.zeros((_BANDS, 2), dtype=int)
+        self.by_kind: dict[str, list[int]] = {}
 
     def rates(self) -> SensorRates:
         """Return the rates that the planner's sensor model gets.
@@ -159,9 +169,9 @@ def sweep_figure(scores: Sequence[CameraScore]) -> Figure:
         used = looks > 0
         share = hits[used] / looks[used]
         spread = np.sqrt(np.maximum(share * (1 - share), 1e-4) / looks[used])
-        x = np.arange(_BANDS)[used] + 0.5
+        x = np.arange(_BANDS)[used] + 0.5 + 0.04 * (len(left.containers) - 2.5)
         left.errorbar(x, share, yerr=1.96 * spread, color=colour, marker="o", ms=4, label=label)
-        left.axhline(score.rates().true_positive, color=colour, lw=0.8, ls=":")
+        left.axhline(measured_rates(score.detector).true_positive, color="0.2", lw=0.9, ls=":")
         errors = np.sort(score.errors_m)
         if len(errors):
             right.plot(errors, np.arange(1, len(errors) + 1) / len(errors), color=colour)

@@ -306,7 +306,7 @@ def _run(
         with Camera(world, drone) as camera:
             flown = MujocoEnvironment(
                 world, drone, camera, detector=arm.where, config=space.config,
-                sensor=space.sensor,  # type: ignore[arg-type]
+                sensor=space.sensor,
             )  # fmt: skip
             episode = run_search(beliefs, world.city, world.places, environment=flown, **kwargs)
         log, time_s, collisions = flown.log, drone.time_s, len(flown.log.collisions)

@@ -101,19 +101,18 @@ def flown_summary(trials: Sequence[FlownTrial]) -> list[ArmSummary]:
 
 def flown_lines(summaries: Sequence[ArmSummary]) -> list[str]:
     """Return the summaries as a Markdown table."""
+    names = (
+        "arm", "n", "success", "of grid", "steps", "reward", "detected", "false", "wrong finds",
+        "collisions / moves", "time, s",
+    )  # fmt: skip
     lines = [
-        "| arm | n | success | of grid | steps | reward | detected | false | wrong finds"
-        " | collisions / moves | time, s |",
+        f"| {' | '.join(names)} |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for s in summaries:
         low, high = s.success_ci95
         ratio = "" if s.against_grid is None else f"{s.against_grid:.2f}"
-        hits = (
-            "–"
-            if s.arm.startswith("grid")
-            else (f"{s.collisions} / {s.moves} (≤ {s.collisions_ci95[1]:.4f})")
-        )
+        hits = f"{s.collisions} / {s.moves} (≤ {s.collisions_ci95[1]:.4f})" if s.time_s else "–"
         lines.append(
             f"| {s.arm} | {s.n} | {s.success:.3f} [{low:.3f}, {high:.3f}] | {ratio} | "
             f"{s.steps:.1f} | {s.discounted_reward:.0f} | {s.detection_rate:.2f} | "

@@ -17,8 +17,14 @@ from matplotlib.figure import Figure
 import sloop_ppl as sloop
 from sloop_ppl.planning import SearchConfig, run_search
 from sloop_ppl.plots import plot_search
-from sloop_ppl.simulation import Camera, Drone, MujocoEnvironment, World, flight_plan
-from sloop_ppl.simulation.film import camera_panel
+from sloop_ppl.simulation import (
+    Camera,
+    Drone,
+    MujocoEnvironment,
+    World,
+    camera_panel,
+    flight_plan,
+)
 
 TEXT = (
     "The red car is on West 6th Street in front of Liberty Textiles Building and the green car is "

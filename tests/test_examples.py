@@ -67,3 +67,16 @@ def test_an_example_is_a_script_that_gives_the_same_bytes(name, tmp_path):
         )  # fmt: skip
         told.append((done.stdout, (tmp_path / f"{run}.png").read_bytes()))
     assert told[0] == told[1]
+
+
+def test_a_flown_search_is_drawn(tmp_path, capsys):
+    from sloop_ppl.errors import InputError
+
+    try:
+        example("flown_search").main(tmp_path / "a.png", smoke=True)
+    except InputError as error:
+        if "mujoco" in str(error) or "No pictures can be made here" in str(error):
+            pytest.skip(str(error))
+        raise
+    assert "2 steps, found nothing" in capsys.readouterr().out
+    assert (tmp_path / "a.png").stat().st_size > 10_000

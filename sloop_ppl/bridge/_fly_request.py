@@ -28,16 +28,17 @@ from sloop_ppl.simulation import (
     DETECTORS,
     Camera,
     Drone,
+    Film,
     Look,
     MujocoEnvironment,
     ServedDrone,
     World,
+    check_film_path,
     flight_plan,
     look_of,
     open_share,
     serve,
 )
-from sloop_ppl.simulation.film import Film, check_film_path
 from sloop_ppl.simulation.world import nearest_free
 
 __all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request", "serve_flight"]

@@ -19,6 +19,7 @@ __all__ = ["find_ffmpeg", "write_gif", "write_mp4"]
 
 # With accents, paper and ink below the 256 colours that a GIF has.
 _COLOURS = 160
+_KEPT = 80
 _LAST_FRAME_S = 2.0
 
 
@@ -43,7 +44,12 @@ def find_ffmpeg() -> str:
     return found
 
 
-def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
+def write_gif(
+    frames: Sequence[Image],
+    path: Path,
+    fps: float,
+    colours: Sequence[tuple[int, int, int]] = (),
+) -> None:
     """Write frames as a GIF that loops, all in one palette: their own colours and the accents.
 
     Parameters
@@ -52,6 +58,8 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
         RGB pictures of equal size, at least one.
     fps
         Frames a second, > 0; the last frame stays for two seconds.
+    colours
+        Red, green and blue from 0 to 255 of up to 80 further colours that must stay as they are.
     """
     from matplotlib.colors import to_rgb
     from PIL import Image as Pictures
@@ -63,7 +71,8 @@ def write_gif(frames: Sequence[Image], path: Path, fps: float) -> None:
     common = sheet.quantize(_COLOURS, method=Pictures.Quantize.MEDIANCUT).getpalette() or []
     signal = [round(255 * c) for name in (*ACCENTS.values(), PAPER, INK) for c in to_rgb(name)]
     palette = Pictures.new("P", (1, 1))
-    palette.putpalette((*common[: 3 * _COLOURS], *signal))
+    kept = [part for colour in colours[:_KEPT] for part in colour]
+    palette.putpalette((*common[: 3 * _COLOURS], *signal, *kept))
     still = [f.quantize(palette=palette, dither=Pictures.Dither.NONE) for f in frames]
     durations = [round(1000 / fps)] * len(still)
     durations[-1] = round(1000 * _LAST_FRAME_S)

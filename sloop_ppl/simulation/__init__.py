@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from sloop_ppl.simulation.drone import Drone
     from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
+    from sloop_ppl.simulation.film import Film, camera_panel, check_film_path
     from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
     from sloop_ppl.simulation.sensor import FlightSensor, SensorRates, open_share
     from sloop_ppl.simulation.served_drone import ServedDrone
@@ -53,6 +54,7 @@ __all__ = [
     "Detection",
     "Detector",
     "Drone",
+    "Film",
     "FlightLog",
     "FlightSensor",
     "ImageKind",
@@ -68,6 +70,8 @@ __all__ = [
     "Vehicle",
     "VehiclePose",
     "World",
+    "camera_panel",
+    "check_film_path",
     "connect",
     "flight_plan",
     "look_of",
@@ -95,6 +99,7 @@ _HOMES = {
     ),
     "drone": ("Drone",),
     "environment": ("FlightLog", "MujocoEnvironment"),
+    "film": ("Film", "camera_panel", "check_film_path"),
     "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
     "sensor": ("FlightSensor", "SensorRates", "open_share"),
     "served_drone": ("ServedDrone",),

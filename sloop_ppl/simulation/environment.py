@@ -25,7 +25,7 @@ _LOST_M = 3.0
 """How far the drone may be from where it was sent before it counts as stuck."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class FlightLog:
     """What a flown search did beside its episode.
 
@@ -106,6 +106,7 @@ class MujocoEnvironment:
         self._cells = {t: grid.cell_at(*place) for t, place in world.places.items()}
         self._found: set[str] = set()
         self._looked = False
+        self.pose = self._believed()
         # Where the planner believes the robot to be: the middle of a cell and an eighth of a turn.
         self._at = self.space.pose_at(self.space.snap(self.pose))
         off = math.dist(self._at[:2], self.pose[:2])
@@ -115,9 +116,8 @@ class MujocoEnvironment:
                 f"start it at ({self._at.x_m:g}, {self._at.y_m:g})"
             )
 
-    @property
-    def pose(self) -> Pose:
-        """Where the drone believes to be."""
+    def _believed(self) -> Pose:
+        """Return where the drone believes to be."""
         believed = self.drone.estimated_pose
         return Pose(believed.x_m, believed.y_m, believed.yaw_rad % (2 * math.pi))
 
@@ -139,6 +139,7 @@ class MujocoEnvironment:
             self.log.in_view.append(())
             return Outcome(self.pose, Report(found=self._find(action)))
         collided = self._move(action.name)
+        self.pose = self._believed()
         self._looked = True
         detections = self.detector.detect()
         self.log.detections.append(detections)

@@ -31,6 +31,7 @@ _INSET = (208, 156)
 _EDGE = 3
 _EVERY_S = 0.5
 _FPS = 8.0
+_LIGHTS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1)
 
 
 def check_film_path(path: str | Path) -> Path:
@@ -98,7 +99,7 @@ class Film:
                 if chosen.suffix.lower() == ".mp4":
                     write_mp4(frames, whole, fps, find_ffmpeg())
                 else:
-                    write_gif(frames, whole, fps)
+                    write_gif(frames, whole, fps, self._colours())
         except OutputError:
             raise
         except OSError as error:
@@ -106,6 +107,15 @@ class Film:
                 f"Film '{path}' cannot be written: {error.strerror or error}"
             ) from error
         return chosen
+
+    def _colours(self) -> list[tuple[int, int, int]]:
+        """Return the colours of the targets from shade to sun, which a GIF must not change."""
+        looks = self._camera.world.looks.values()
+        return [
+            (_tone(red, light), _tone(green, light), _tone(blue, light))
+            for red, green, blue in sorted({COLOURS[look.colour] for look in looks})
+            for light in _LIGHTS
+        ]
 
     def _shoot(self, drone: Drone) -> None:  # noqa: ARG002 - what watchers are called with
         picture = _image(self._camera.chase(*_CHASE))
@@ -138,7 +148,7 @@ def camera_panel(
     """Return a camera's picture with a box and the name around each target that was detected."""
     from PIL import ImageDraw
 
-    image = _image(picture)
+    image: Image = _image(picture)
     draw = ImageDraw.Draw(image)
     for found in detections:
         if found.box is None:
@@ -153,6 +163,10 @@ def camera_panel(
         draw.rectangle((at, low, at + wide, low + 14), fill="white")
         draw.text((at + 3, low + 1), found.target, fill="black")
     return image
+
+
+def _tone(part: float, light: float) -> int:
+    return min(round(255 * part * light), 255)
 
 
 def _image(pixels: NDArray[np.uint8]) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap
@@ -105,7 +106,11 @@ def flight_plan(
             "the drone is among cars, higher its camera sees too little"
         )
     plain = SearchConfig()
-    fan = {"sensor_range_cells": 3.0, "sensor_min_range_cells": 1.0, "fov_deg": 90.0}
+    fan: dict[str, Any] = {
+        "sensor_range_cells": 3.0,
+        "sensor_min_range_cells": 1.0,
+        "fov_deg": 90.0,
+    }
     replace(config, **fan).refuse_settings_of("sensor", "camera of a drone")
     sensor = FlightSensor(
         city,

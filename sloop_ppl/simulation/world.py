@@ -297,8 +297,8 @@ def _with_heights(city: CityMap, rng: np.random.Generator) -> CityMap:
         drawn = float(rng.uniform(-_HEIGHT_SPREAD_M, _HEIGHT_SPREAD_M))
         if not {"height", "building:levels"} & set(landmark.properties):
             height = round(height + drawn, 2)
-        told = MappingProxyType({**landmark.properties, "height": f"{height:g}"})
-        landmarks.append(replace(landmark, properties=told))
+        known = MappingProxyType({**landmark.properties, "height": f"{height:g}"})
+        landmarks.append(replace(landmark, properties=known))
     return replace(city, landmarks=tuple(landmarks), _cache={})
 
 
