@@ -186,7 +186,7 @@ def to_arviz(
         Attributes of the group ``posterior``.
     prior
         Target -> cells drawn from its prior, and the prior weights of the components.
-    said
+    phrases
         The phrases as choices among words.
 
     Returns

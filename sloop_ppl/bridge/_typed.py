@@ -10,7 +10,6 @@ from typing import Any
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import Grid
 from sloop_ppl.maps._given_point import DEGREES, GivenPoint, read_point
-from sloop_ppl.planning import SearchConfig
 
 __all__ = ["point_questions", "read_hearer", "read_places", "read_settings", "read_start"]
 
@@ -158,6 +157,8 @@ def read_settings(typed: Sequence[str]) -> dict[str, Any]:
     >>> read_settings(["no_fly=true", "turn_deg=90"])
     {'no_fly': True, 'turn_deg': 90}
     """
+    from sloop_ppl.planning import SearchConfig
+
     kinds = {f.name: str(f.type) for f in fields(SearchConfig)}
     settable = [name for name in kinds if name not in _OWN_OPTION]
     values: dict[str, Any] = {}

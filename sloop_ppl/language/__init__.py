@@ -6,7 +6,6 @@ Importing this package imports neither spaCy nor torch; the parsers load on firs
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sloop_ppl._extras import need_extra
 from sloop_ppl.language.relations import RELATIONS, WHOLE_MAP, Relation, words_by_class
 from sloop_ppl.language.street_parts import StreetPart
 from sloop_ppl.language.values import (
@@ -93,6 +92,8 @@ def __getattr__(name: str) -> Any:
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if _LAZY[name] in ("dependency", "pipeline"):
+        from sloop_ppl._extras import need_extra
+
         need_extra(name, "spacy", "spacy")
     return getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-from sloop_ppl._extras import need_extra
 from sloop_ppl.errors import InputError
 from sloop_ppl.language.targets import check_targets
 from sloop_ppl.language.values import Description, TargetObject, Viewpoint
@@ -155,6 +154,8 @@ def _rules(text: str, city: CityMap, targets: Sequence[TargetObject] | None) -> 
 def _dependency_paths(
     text: str, city: CityMap, targets: Sequence[TargetObject] | None
 ) -> Description:
+    from sloop_ppl._extras import need_extra
+
     need_extra("Parser 'dependency_paths'", "spacy", "spacy")
     from sloop_ppl.language.dependency import shared_dependency_parser
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
-from sloop_ppl._extras import need_extra
 from sloop_ppl.language._part_words import part_in_words
 from sloop_ppl.language.values import Description
 
@@ -96,6 +95,8 @@ def html_page(description: Description) -> str:
     InputError
         When spaCy is not installed.
     """
+    from sloop_ppl._extras import need_extra
+
     need_extra("A page of a sentence", "spacy", "spacy")
     from spacy import displacy
 

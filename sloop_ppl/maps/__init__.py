@@ -33,12 +33,12 @@ from sloop_ppl.maps.street_tables import (
     street_tables,
 )
 from sloop_ppl.maps.summary import summary
-from sloop_ppl.maps.uneven_grid import UnevenGrid, cells_of_map, log_cells, uneven_fields
 
 if TYPE_CHECKING:
     from sloop_ppl.maps.area import SearchArea, search_area
     from sloop_ppl.maps.schema import map_schema
     from sloop_ppl.maps.street_places import across_street, blocks_of, same_block, street_side
+    from sloop_ppl.maps.uneven_grid import UnevenGrid, cells_of_map, log_cells, uneven_fields
 
 # No name of a module here: importing the module would put it in the place of the function.
 _LAZY = {
@@ -49,6 +49,10 @@ _LAZY = {
     "same_block": "street_places",
     "search_area": "area",
     "street_side": "street_places",
+    "UnevenGrid": "uneven_grid",
+    "cells_of_map": "uneven_grid",
+    "log_cells": "uneven_grid",
+    "uneven_fields": "uneven_grid",
 }
 
 __all__ = [

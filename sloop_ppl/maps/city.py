@@ -24,7 +24,6 @@ from sloop_ppl.maps.frontage import Frontage, frontage, streets_of
 from sloop_ppl.maps.grid import Grid
 from sloop_ppl.maps.landmark import KINDS, PATH_KINDS, Landmark
 from sloop_ppl.maps.rasterise import touched_cells
-from sloop_ppl.maps.uneven_grid import UnevenGrid, uneven_fields
 
 __all__ = ["FIELDS", "CityMap"]
 
@@ -322,8 +321,11 @@ class CityMap:
         return landmark.geometry
 
     def _fields(self, footprint: BaseGeometry) -> LandmarkFields:
-        if isinstance(self.grid, UnevenGrid):
-            return uneven_fields(self.grid, footprint)
+        if type(self.grid) is not Grid:  # loaded by who infers from coarse to fine alone
+            from sloop_ppl.maps.uneven_grid import UnevenGrid, uneven_fields
+
+            if isinstance(self.grid, UnevenGrid):
+                return uneven_fields(self.grid, footprint)
         min_x, min_y, max_x, max_y = footprint.bounds
         centre = footprint.centroid
         return landmark_fields(
