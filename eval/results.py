@@ -154,8 +154,7 @@ def read_results(path: str | Path) -> Results:
     folder = read_run(path)
     trials = folder.trials()
     made_of = folder.manifest
-    expected = len(folder.targets) * len(made_of["model_names"]) * len(made_of["ranges_cells"])
-    expected *= made_of["starts"]
+    expected = made_of["n_trials"]
     if len(trials) < expected:
         raise InputError(
             f"The sweep in '{path}' has {len(trials)} of its {expected} trials; give the same "

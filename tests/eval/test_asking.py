@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -189,8 +190,6 @@ def test_what_is_held_back_is_not_told_and_is_answered():
 
 def test_a_sweep_that_asks_goes_on_and_reports(tmp_path, capsys):
     lines = (tmp_path / "few.jsonl", tmp_path / "run")
-    from importlib.resources import files
-
     source = (files("sloop_ppl") / "data" / "examples.jsonl").read_text().splitlines()
     lines[0].write_text("\n".join(source[:2]) + "\n")
     command = [
@@ -222,6 +221,27 @@ def test_a_sweep_that_asks_goes_on_and_reports(tmp_path, capsys):
         main([*command[:-1], "10"])
     assert ended.value.code == 2
     assert "holds another sweep" in capsys.readouterr().err
+
+
+def test_a_sweep_reports_where_some_targets_have_nothing_to_hold_back(tmp_path, capsys):
+    counts = {line.id: [len(line.about(t)) for t in line.targets] for line in EXAMPLES}
+    few = next(
+        line.id for line, n in zip(EXAMPLES, counts.values(), strict=True) if min(n) == 1 < max(n)
+    )
+    source = (files("sloop_ppl") / "data" / "examples.jsonl").read_text().splitlines()
+    (tmp_path / "few.jsonl").write_text(next(one for one in source if json.loads(one)["id"] == few))
+    command = [
+        "eval", "search", str(tmp_path / "few.jsonl"), "--out", str(tmp_path / "run"), "--models",
+        "uniform", "--ranges", "3", "--sims", "20", "--steps", "5", "--workers", "1",
+        "--questions", "0,1", "--answerer", "c",
+    ]  # fmt: skip
+    for arguments in (command, ["eval", "report", str(tmp_path / "run"), "--json"]):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        out, err = capsys.readouterr()
+        assert ended.value.code == 0, err
+    told = json.loads(out)["questions"]["uniform"]
+    assert told["1"]["n"] == sum(n > 1 for n in counts[few])
 
 
 def test_a_trial_without_questions_is_read_from_an_older_file():
