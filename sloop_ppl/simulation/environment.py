@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from sloop_ppl.errors import InputError, OutsideMap
+from sloop_ppl.maps import touched_cells
 from sloop_ppl.planning.config import SearchConfig
 from sloop_ppl.planning.environment import Outcome, Report, SearchEnded
 from sloop_ppl.planning.pose import Pose
@@ -79,8 +80,9 @@ class MujocoEnvironment:
     Notes
     -----
     A move is flown to the middle of the cell that the planner means, by the drone's own estimate;
-    one that would leave the map is not flown. A find marks what the planner's model has in view
-    from where the drone truly is, in whose cell the target truly stands. After a collision the
+    one that would leave the map is not flown. A find marks a target of which any part stands in a
+    cell that the planner's model has in view from where the drone truly is: a car is as long as a
+    cell, and the planner's word for its place is one cell. After a collision the
     drone goes back to where the move began. A drone that is upside down, on the ground or far from
     where it was sent ends the search, and so does an empty battery.
     """
@@ -104,6 +106,7 @@ class MujocoEnvironment:
         self._altitude = drone.estimated_pose.z_m
         grid = world.city.grid
         self._cells = {t: grid.cell_at(*place) for t, place in world.places.items()}
+        self._stands = {t: touched_cells(grid, world.outline(t)) for t in world.places}
         self._found: set[str] = set()
         self._looked = False
         self.pose = self._believed()
@@ -207,10 +210,13 @@ class MujocoEnvironment:
     def _find(self, action: SearchAction) -> tuple[str, ...]:
         if not self._looked:
             return ()
+        view = self.space.view_mask(self._true_pose())
         new = tuple(
             name
-            for name in self._in_view()
-            if name not in self._found and action.marks >> self.space.target_ids.index(name) & 1
+            for i, name in enumerate(self.space.target_ids)
+            if name not in self._found
+            and action.marks >> i & 1
+            and bool((view & self._stands[name]).any())
         )
         self._found.update(new)
         return new

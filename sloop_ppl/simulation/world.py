@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
 from sloop_ppl.errors import InputError, OutsideMap
@@ -185,6 +186,20 @@ class World:
         with written_whole(chosen) as whole:
             whole.write_text(spec.to_xml(), encoding="utf-8")
         return chosen
+
+    def outline(self, target: str) -> BaseGeometry:
+        """Return the rectangle that a target covers on the ground, metres.
+
+        Examples
+        --------
+        >>> from sloop_ppl.maps import load_map
+        >>> world = World.from_map(load_map("cleveland"), {"GreenToyota": (-25.0, -70.0)})
+        >>> round(world.outline("GreenToyota").area, 2)  # 4.3 m by 1.8 m
+        7.74
+        """
+        (x, y), (length, width, _) = self.places[target], self.looks[target].size_m
+        box = shapely.box(x - length / 2, y - width / 2, x + length / 2, y + width / 2)
+        return rotate(box, self.headings_rad[target], origin=(x, y), use_radians=True)
 
     def building_at(self, place: Place) -> str | None:
         """Return the id of the building that covers a place, the tallest of several; or None."""

@@ -70,6 +70,24 @@ def test_a_find_before_a_look_marks_nothing(yard):
     assert environment.execute(FIND).report.found == ()
 
 
+@pytest.mark.parametrize(("beyond_m", "marked"), [(0.5, ("RedCar",)), (2.4, ())])
+def test_a_find_marks_a_car_that_reaches_into_the_view(yard, beyond_m, marked):
+    def looked(place):
+        environment = flown(World.from_map(yard, {"RedCar": place}, parked=0), (27.5, -27.5))
+        for turn in (LEFT, SearchAction("right", 2)):
+            environment.execute(turn)
+        return environment
+
+    before = looked((37.5, -22.5))
+    view, grid = before.space.view_mask(before._true_pose()), yard.grid
+    row, col = next((r, c) for r, c in np.argwhere(view[:, :-1]) if not view[r, c + 1])
+    x, y = grid.centre_of(row, col)
+    # Its middle is beyond the view's border; a car is 4.3 m by 1.8 m, whichever way it faces.
+    environment = looked((x + grid.cell_m / 2 + beyond_m, y))
+    assert environment.log.in_view[-1] == ()
+    assert environment.execute(FIND).report.found == marked
+
+
 def test_a_wall_that_is_flown_into_costs_a_thousand_and_is_survived(yard):
     world = World.from_map(yard, {"RedCar": (37.5, -22.5)}, parked=0)
     environment = flown(world, (12.5, 7.5, math.pi), altitude=8.0, free=True)
