@@ -23,6 +23,7 @@ from sloop_ppl.cli._options import (
     Model,
     Params,
     Planner,
+    PlayedPage,
     Prior,
     QuestionCost,
     Questions,
@@ -98,6 +99,7 @@ def fly(
     mjcf: Annotated[
         Path | None, typer.Option(help="Write the city as MuJoCo reads it, .xml.")
     ] = None,
+    html: PlayedPage = None,
     serve: Annotated[
         int | None,
         typer.Option(
@@ -118,6 +120,7 @@ def fly(
     need_simulator()
     from sloop_ppl.bridge._fly_request import FlyRequest, run_fly_request, serve_flight
     from sloop_ppl.bridge._search_request import SearchRequest
+    from sloop_ppl.outputs import check_output
 
     refuse_options_of_answers(context, answers)
     request = SearchRequest(
@@ -127,12 +130,19 @@ def fly(
         planner=planner, sims=sims, max_steps=steps, settings=tuple(settings or ()), seed=seed,
         out=out, figure=figure, explain=explain, answers=answers, questions=questions,
         question_cost=question_cost, question_steps=question_steps, answer_error=answer_error,
+        keep_beliefs=html is not None,
     )  # fmt: skip
+    if html:
+        check_output(html, (".html",))
     flight = FlyRequest(request, altitude, wind, detector, video, battery, mjcf)
     if serve is not None:
         serve_flight(flight, serve, notify=progress)
         return
     lines = run_fly_request(flight, notify=progress)
+    if html:
+        from sloop_ppl.web import write_page
+
+        write_page(html, lines.posterior, lines.episode, seed=seed)
     for line in unused_options(context, planner):
         progress(line)
     print_json(lines.report) if json else print_data(*lines.summary)

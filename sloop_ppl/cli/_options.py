@@ -195,6 +195,9 @@ PosteriorOut = Annotated[
     Path | None, typer.Option(help="Save what is believed after the search, .nc.")
 ]
 Figure = Annotated[Path | None, typer.Option(help="Draw the search, .png .pdf .svg.")]
+PlayedPage = Annotated[
+    Path | None, typer.Option(help="Write a page that plays it without a server, .html.")
+]
 Animation = Annotated[Path | None, typer.Option(help="Film the search, .gif or .mp4.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 

@@ -26,6 +26,7 @@ from sloop_ppl.cli._options import (
     Model,
     Params,
     Planner,
+    PlayedPage,
     PosteriorOut,
     Prior,
     QuestionCost,
@@ -115,9 +116,7 @@ def search(
     ] = None,
     figure: Figure = None,
     animation: Animation = None,
-    html: Annotated[
-        Path | None, typer.Option(help="Write a page that plays it without a server, .html.")
-    ] = None,
+    html: PlayedPage = None,
     json: Json = False,
 ) -> None:
     """Infer where the targets of a sentence are and search for them.

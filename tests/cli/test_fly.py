@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from importlib.util import find_spec
 
 import pytest
@@ -53,6 +54,18 @@ def test_a_flown_search_has_the_keys_of_a_search_and_its_own(tmp_path, capsys):
     assert (tmp_path / "city.xml").exists()
     again, _ = run(capsys, *FLY, "--json")
     assert again == out
+
+
+def test_a_flight_is_played_by_a_page_without_a_server(tmp_path, capsys):
+    out, _ = run(capsys, *FLY, "--json", "--html", tmp_path / "fly.html")
+    page = (tmp_path / "fly.html").read_text()
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    steps = json.loads(found[1])["search"]["steps"]
+    flown = json.loads(out)
+    assert len(steps) == flown["steps"]
+    assert steps[-1]["found"] == ["GreenToyota"]
+    refused, words = run(capsys, *FLY, "--html", tmp_path / "fly.txt", code=2)
+    assert (refused, words.count("\n")) == ("", 1)
 
 
 def test_what_is_said_on_the_way_and_where_nothing_was_told(capsys):
