@@ -235,7 +235,7 @@ def _trials_of(
         return
     objects = {t.id: t for t in annotated.objects}
     known = objects.get(target)
-    look = look_of(target, known and known.kind, known and known.colour)
+    look = look_of(target) if known is None else look_of(target, known.kind, known.colour)
     world = World.from_map(city, {target: free}, looks={target: look}, seed=seed)
     description = annotated.description(world.city)
     if not any(r.figure == target for r in description.relations):

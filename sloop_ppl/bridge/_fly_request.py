@@ -116,8 +116,8 @@ def looks_of(posterior: Posterior) -> dict[str, Look]:
     declared = {t.id: t for d in posterior.descriptions for t in d.targets}
     looks = {}
     for name in posterior.targets:
-        target = declared.get(name)
-        looks[name] = look_of(name, target and target.kind, target and target.colour)
+        known = declared.get(name)
+        looks[name] = look_of(name) if known is None else look_of(name, known.kind, known.colour)
     return looks
 
 

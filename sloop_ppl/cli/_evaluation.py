@@ -23,7 +23,7 @@ from sloop_ppl.cli._options import (
 from sloop_ppl.cli._output import print_data, print_json, progress
 
 if TYPE_CHECKING:
-    from sloop_ppl.maps import CityMap
+    pass
 
 __all__ = ["app"]
 
@@ -447,16 +447,13 @@ def fly(
     """Search for the same targets on the grid, with rays, and with the camera in the simulator."""
     from sloop_ppl.eval._flown import fly_trials
     from sloop_ppl.eval._flown_report import flown_lines, flown_summary
+    from sloop_ppl.eval._inventory import map_finder
     from sloop_ppl.eval.descriptions import bundled_examples, read_descriptions
-    from sloop_ppl.maps import load_map
     from sloop_ppl.simulation import need_simulator
 
     need_simulator()
-    described = read_descriptions(files, maps) if files else bundled_examples()
-
-    def find_map(name: str) -> CityMap:
-        return load_map(name if maps is None else maps / f"{name}.geojson")
-
+    find_map = map_finder(maps)
+    described = read_descriptions(files, find_map) if files else bundled_examples()
     trials = fly_trials(
         described, find_map, out, targets=targets, seeds=seeds, sims=sims, max_steps=steps,
         notify=progress,
