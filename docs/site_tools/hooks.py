@@ -25,9 +25,13 @@ OPTIONAL = (
 _ROLE = re.compile(r":(?:func|class|mod|meth|data|attr|obj|exc):(?=<code>)")
 
 
-def on_config(config: Any) -> Any:
-    """Lay the package out as it is imported, and put what is there into the navigation."""
+def on_startup(**_: Any) -> None:
+    """Lay the package out as it is imported; plugins look for it when they are configured."""
     link_package(ROOT, ROOT / "build" / "docs" / "tree")
+
+
+def on_config(config: Any) -> Any:
+    """Put what is there into the navigation."""
     use_own_formatter()
     config.nav = [_filled(entry, Path(config.docs_dir)) for entry in config.nav]
     return config
