@@ -43,7 +43,6 @@ def test_it_is_a_vehicle():
 @pytest.fixture
 def flown():
     """Give what makes a drone on the suburb; it is made in the thread that flies it."""
-    pytest.importorskip("mujoco", reason="the world needs mujoco, of sloop-ppl[sim]")
     if importlib.util.find_spec("sloop_ppl.simulation.world") is None:
         pytest.skip("there is no MuJoCo world here")
     from sloop_ppl.simulation.camera import Camera

@@ -10,7 +10,6 @@ import sys
 
 import pytest
 
-pytest.importorskip("mujoco", reason="the simulator needs mujoco")
 pytest.importorskip("msgpack", reason="the server needs msgpack")
 
 from bare_client import BareClient
