@@ -144,6 +144,20 @@ def test_what_was_saved_is_there_again_and_can_be_changed(open_page, annotating)
     assert [one.frames[0].front_deg for one in lines] == pytest.approx([90, 0], abs=1)
 
 
+def test_an_arrow_drawn_before_the_name_is_kept(open_page, annotating):
+    page = open_page("/frames", base=annotating.url)
+    x, y = CLEVELAND.centroid(items_of_map(CLEVELAND, "cleveland")[0].ground)
+    page.mouse.click(*on_screen(page, x, y + 20))
+    page.locator("#angle", has_text="Enter your name to save").wait_for()
+    page.fill("#annotator", "Dee")
+    page.locator("#annotator").blur()
+    page.click("#save")
+    page.locator("#count", has_text="Phrase 2 of").wait_for()
+    page.locator("#save:disabled").wait_for()
+    (line,) = read_descriptions([annotating.settings.folder / "frames.jsonl"])
+    assert line.frames[0].front_deg == pytest.approx(90, abs=1)
+
+
 def test_annotators_do_not_see_each_other(annotating):
     item = items_of_map(CLEVELAND, "cleveland")[0]
     body = {"item": item.id, "map": "cleveland", "origin": [0, 0], "end": [0, 9], "seconds": 1}

@@ -154,6 +154,7 @@ def test_names_of_any_script_are_shown(open_page, tmp_path):
     page = open_page()
     page.set_input_files("#file", path)
     page.locator("#map-note", has_text="scripts is open").wait_for()
+    page.locator("#map-a .name", has_text=names[0]).wait_for(state="attached")
     shown = page.locator("#map-a .name").all_text_contents()
     assert set(names) <= set(shown)
 

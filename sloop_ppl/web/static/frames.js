@@ -3,7 +3,7 @@ import { CityView, html, svg } from "./view.js";
 import { announce, ask, by, get, options, problem, theme, trying } from "./page.js";
 
 const LENGTH_PX = 90;
-let queue, scenes = {}, colours, view, item, at = 0, origin, angle = null, moving = false, began = 0;
+let queue, scenes = {}, colours, view, item, at = 0, origin, angle = null, drawn = false, moving = false, began = 0;
 
 const annotator = () => by("annotator").value.trim();
 
@@ -14,7 +14,14 @@ async function load(map) {
   by("map").disabled = queue.own_queue;
   by("file").textContent = queue.file;
   const first = queue.items.findIndex((one) => !(one.id in queue.done));
+  // An arrow that was drawn before the name was entered stays; that of another annotator does not.
+  const kept = drawn ? { id: item.id, origin, angle } : null;
   await go(first < 0 ? 0 : first);
+  if (kept?.id === item.id && !(item.id in queue.done)) {
+    ({ origin, angle } = kept);
+    drawn = true;
+    draw();
+  }
 }
 
 async function go(to) {
@@ -42,7 +49,7 @@ async function go(to) {
   const done = queue.done[item.id];
   origin = done?.origin ?? ground.at;
   angle = done?.end ? Math.atan2(done.end[1] - origin[1], done.end[0] - origin[0]) : null;
-  moving = false;
+  drawn = moving = false;
   began = performance.now();
   problem("");
   draw();
@@ -55,11 +62,13 @@ function begins(place) { origin = place; moving = false; draw(); }
 
 function point(place) {
   angle = Math.atan2(place[1] - origin[1], place[0] - origin[0]);
+  drawn = true;
   draw();
 }
 
 function turn(degrees) {
   angle = (angle ?? Math.PI / 2) + (angle === null ? 0 : (degrees * Math.PI) / 180);
+  drawn = true;
   draw();
   announce(by("angle").textContent);
 }
