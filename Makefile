@@ -85,9 +85,9 @@ gallery: $(STAMP)
 GRAPHICS := libegl1 libgl1-mesa-dri libosmesa6
 graphics:
 	ldconfig -p 2>/dev/null | grep -qE 'libEGL.so.1|libOSMesa' || ! command -v apt-get >/dev/null || \
-	  apt-get install -y --no-install-recommends $(GRAPHICS) || \
-	  (apt-get update && (apt-get install -y --no-install-recommends $(GRAPHICS) || \
-	  apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri)) || true
+	  timeout 150 apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  (timeout 100 apt-get update && (timeout 150 apt-get install -y --no-install-recommends $(GRAPHICS) || \
+	  timeout 150 apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri)) || true
 
 # mypy cannot see through the editable install, and a whole wheel is what users get.
 check: $(STAMP)
