@@ -105,11 +105,13 @@ class AirSimServer:
             future, work = job
             if future.set_running_or_notify_cancel():
                 try:
-                    future.set_result(work())
+                    result = work()
                 except BaseException as error:
                     future.set_exception(error)
                     if not isinstance(error, Exception):
                         raise
+                else:  # Ctrl-C in here finds a future that has its result
+                    future.set_result(result)
 
     def close(self) -> None:
         """Stop the flight and the network; may be called from any thread, and again."""

@@ -19,7 +19,7 @@ FLY = ["fly", "the red car is in Annie's House", "--map", "suburb", "--place", "
 
 @contextlib.contextmanager
 def served(*arguments):
-    """Run `sloop fly --serve` until Ctrl-C; give its process, its port and what it said."""
+    """Run `sloop fly --serve` until Ctrl-C; give its port and what it said, which goes on."""
     code = "import sys; from sloop_ppl.cli import main; main(sys.argv[1:])"
     command = [sys.executable, "-c", code, *FLY, "--serve", "0", *arguments]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
@@ -31,16 +31,17 @@ def served(*arguments):
                 break
         assert port, "".join(lines)
         try:
-            yield process, port, "".join(lines)
+            yield port, lines
         finally:
             process.send_signal(signal.SIGINT)
-            process.wait(20)
+            lines += process.stderr
+            lines.append(f"exit code {process.wait(20)}")
 
 
 def test_a_client_flies_the_drone_until_ctrl_c():
     start = ["--start", "-2.5,-2.5", "--wind", "0", "--seed", "3"]
-    with served(*start) as (process, port, said):
-        assert "RedCar stands at (-17.5, 52.5)" in said
+    with served(*start) as (port, said):
+        assert "RedCar stands at (-17.5, 52.5)\n" in said
         client = BareClient(port)
         with contextlib.closing(client.raw):
             assert "RedCar" in client.simListSceneObjects(".*")
@@ -51,12 +52,12 @@ def test_a_client_flies_the_drone_until_ctrl_c():
             client.enableApiControl(True, "")
             client.takeoffAsync(20, "").get()
             assert client.simGetVehiclePose("").position.z_val < -1
-    assert process.returncode == 130
+    assert said[-2:] == ["sloop: stopped\n", "exit code 130"], "".join(said)
 
 
 def test_a_taken_port_is_one_line():
     code = "import sys; from sloop_ppl.cli import main; main(sys.argv[1:])"
-    with served() as (_, port, _):
+    with served() as (port, _):
         second = subprocess.run(
             [sys.executable, "-c", code, *FLY, "--serve", str(port)], capture_output=True, text=True
         )
