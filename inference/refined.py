@@ -199,7 +199,7 @@ def infer_refined(
     ------
     InputError
         When the map's cells are smaller than 5 m, targets are related to each other, the model
-        blurs its belief or is told where targets are, or the belief needs too many blocks.
+        blurs its belief or is given true places, or the belief needs too many blocks.
 
     Notes
     -----

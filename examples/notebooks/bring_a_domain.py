@@ -117,10 +117,10 @@ def belief_of(table, robot):
     return as_histogram(table, lambda row, col: Place(robot, (row, col)))
 
 
-told = belief_of(posterior.belief("GreenToyota"), START)
-untold = belief_of(np.ones(city.grid.shape), START)
+after = belief_of(posterior.belief("GreenToyota"), START)
+before = belief_of(np.ones(city.grid.shape), START)
 truth = Place(START, tuple(int(i) for i in CAR))
-print(f"belief at the true cell: {told[truth]:.4f} with the sentence, {untold[truth]:.4f} without")
+print(f"belief at the true cell: {after[truth]:.4f} with the sentence, {before[truth]:.4f} without")
 
 # %% [markdown]
 # ## A sentence as an observation
@@ -131,9 +131,9 @@ print(f"belief at the true cell: {told[truth]:.4f} with the sentence, {untold[tr
 # %%
 words = LanguageObservationModel(city, "GreenToyota", lambda state: state.car)
 heard = pomdp_py.update_histogram_belief(
-    untold, ACTIONS[4], Utterance(said), words, None, static_transition=True
+    before, ACTIONS[4], Utterance(said), words, None, static_transition=True
 )
-print("the same:", max(abs(heard[s] - told[s]) for s in told) < 1e-12)
+print("the same:", max(abs(heard[s] - after[s]) for s in after) < 1e-12)
 
 # %% [markdown]
 # ## Plan with both
@@ -176,7 +176,7 @@ def drive(belief, sims, steps=60):
 
 
 sims = 60 if QUICK else 600
-runs = {"with the sentence": drive(told, sims), "without": drive(untold, sims)}
+runs = {"with the sentence": drive(after, sims), "without": drive(before, sims)}
 for name, (path, found) in runs.items():
     print(f"{name:18s} found: {found}, {len(path) - 1} moves")
 

@@ -251,7 +251,7 @@ class _Staging:
     def _imagined(
         self, posterior: Posterior, places: Places, rng: np.random.Generator
     ) -> dict[str, tuple[float, float]]:
-        """Draw the places that are not told, in the open, in the light of all that will be said."""
+        """Draw the places that are not given, in the open, given all that will be said."""
         informed = posterior
         typed = read_utterances(self._request.search.utterances)
         for step, description in descriptions_of(posterior, typed).items():

@@ -254,7 +254,7 @@ def run_request(
 
 
 class Prepared(NamedTuple):
-    """What a search begins with: the posterior, places that are told, settings, a start."""
+    """What a search begins with: the posterior, places that are given, settings, a start."""
 
     posterior: Posterior
     places: dict[str, tuple[float, float]]
@@ -263,7 +263,7 @@ class Prepared(NamedTuple):
 
 
 def prepared(request: SearchRequest, notify: Callable[[str], None]) -> Prepared:
-    """Infer where the targets are, and read what the search is told beside that.
+    """Infer where the targets are, and read the places, settings and start that were given.
 
     Raises
     ------

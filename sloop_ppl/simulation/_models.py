@@ -19,7 +19,7 @@ _CLOTH = (0.16, 0.17, 0.22, 1.0)
 def add_target_model(
     spec: Any, name: str, look: Look, at: tuple[float, float], heading_rad: float
 ) -> None:
-    """Add a body that stands on the ground, heading as told.
+    """Add a body that stands on the ground, with a heading.
 
     Parameters
     ----------

@@ -137,7 +137,7 @@ class ColourDetector(Detector):
     Raises
     ------
     InputError
-        When a target's colour is one that cannot be told from streets and walls.
+        When a target's colour is one that cannot be distinguished from streets and walls.
     """
 
     def __init__(self, camera: Camera) -> None:

@@ -80,14 +80,14 @@ class Look:
 
 
 def look_of(target_id: str, kind: str | None = None, colour: str | None = None) -> Look:
-    """Return the look of a target, guessed from its id where it is not told.
+    """Return the look of a target, guessed from its id where it is not given.
 
     Parameters
     ----------
     target_id
         CamelCase id; its words may name a colour and a kind.
     kind, colour
-        Words for them; one that the simulator does not know counts as not told.
+        Words for them; one that the simulator does not know counts as not given.
 
     Notes
     -----

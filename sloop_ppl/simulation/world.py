@@ -302,7 +302,7 @@ def _light(spec: Any) -> None:
 
 
 def _with_heights(city: CityMap, rng: np.random.Generator) -> CityMap:
-    """Return the map with a height in metres told of each building."""
+    """Return the map with a height in metres of each building."""
     landmarks = []
     for landmark in city.landmarks:
         if landmark.kind != "building":
