@@ -36,6 +36,13 @@ for run in gold parsed; do
 done
 "$sloop" eval report "$runs"/{gold,parsed,pouct,greedy,fast1000,fast10000} \
   --quality "$runs/quality.json" --docs docs/results.md
+page=$(<docs/results.md)
+cat >docs/results.md <<END
+${page%%$'\n'*}
+
+[Evaluation](evaluation.md) says what each figure means and how this page was made.
+${page#*$'\n'}
+END
 
 ((${#points[@]})) || exit 0
 cv=(--cv city --fits "$runs/fits.json")
@@ -52,6 +59,10 @@ cv+=(--annotations $notes/meeting_points_dev.jsonl)
 "$sloop" eval report "$runs/points_best" --maps "$5"
 {
   echo
-  sed 's/^# Results$/# Meeting points/; s/^#/##/' docs/results_meeting_points.md
+  echo "## Meeting points"
+  echo
+  echo "People say where they are, for somebody to meet them, in cities whose maps were imported as they"
+  echo "are; the beliefs are of what the parser reads."
+  sed '1d; s/^#/##/' docs/results_meeting_points.md
 } >>docs/results.md
 rm docs/results_meeting_points.md

@@ -23,6 +23,7 @@ from sloop_ppl.eval._reward_tables import (
     reward_table,
     sweeps_table,
 )
+from sloop_ppl.eval._summary import in_short
 from sloop_ppl.eval._tables import Estimate, Table, literal
 from sloop_ppl.eval.results import Results
 from sloop_ppl.outputs import check_output, check_output_folder, written_whole
@@ -86,13 +87,14 @@ def make_report(
         When the sweeps are of different descriptions, or a file cannot be read.
     """
     main = sweeps[0]
-    parts: list[str | Table | Picture] = ["## What was run", _what_was_run(sweeps)]
-    if quality is not None:
+    payload = None if quality is None else _quality_payload(quality)
+    parts: list[str | Table | Picture] = ["## In short", in_short(main, payload)]
+    if payload is not None:
         parts += [
             "## Beliefs, without any search",
             *(
                 Picture(*part) if isinstance(part, tuple) else part
-                for part in quality_section(_quality_payload(quality))
+                for part in quality_section(payload)
             ),
         ]
     parts += [
@@ -124,7 +126,8 @@ def make_report(
     ]
     if len(sweeps) > 1:
         parts += ["### Beliefs and planners", sweeps_table(sweeps)]
-    return Report("Results", (*parts, *_examples(main, maps)))
+    parts += [*_examples(main, maps), "## Data and settings", _data_and_settings(sweeps)]
+    return Report("Results", tuple(parts))
 
 
 def write_report(report: Report, folder: str | Path) -> Path:
@@ -172,28 +175,28 @@ def write_docs(report: Report, path: str | Path) -> None:
     _write(file, report.markdown(pictures))
 
 
-def _what_was_run(sweeps: Sequence[Results]) -> str:
+def _data_and_settings(sweeps: Sequence[Results]) -> str:
     """Return what the first sweep was made of, and the names of the others."""
     manifest = sweeps[0].manifest
     files = ", ".join(
         f"`{name}` ({digest[:12]})" for name, digest in manifest["descriptions"].items()
     )
-    cities = ", ".join(f"{name} ({digest[:12]})" for name, digest in manifest["maps"].items())
+    maps = ", ".join(f"{name} ({digest[:12]})" for name, digest in manifest["maps"].items())
     first, second = manifest["primary"]["models"]
     named = (
-        f"- primary comparison, named before the run: discounted reward of {first} less that of "
+        f"- primary comparison, named before the run: discounted reward of {first} minus that of "
         f"{second}, range {manifest['primary']['range_cells']:g}"
     )
     lines = [
         f"- {manifest['n_descriptions']} descriptions of {manifest['n_targets']} targets: {files}",
-        f"- maps: {cities}",
+        f"- {len(manifest['maps'])} maps: {maps}",
         f"- models: {', '.join(manifest['model_names'])}",
         (
             f"- ranges of the sensor: {', '.join(f'{r:g}' for r in manifest['ranges_cells'])} "
             f"cells; seed {manifest['searching']['seed']}; {manifest['n_trials']} trials"
         ),
         f"- {sweeps[0].label}",
-        *(f"- beside it: {sweep.label}" for sweep in sweeps[1:]),
+        *(f"- compared with it: {sweep.label}" for sweep in sweeps[1:]),
         *([named] if first != second else []),
         f"- sloop_ppl {manifest['version']}, commit {manifest['git'] or 'unknown'}; "
         + ", ".join(f"{name} {version}" for name, version in manifest["packages"].items()),

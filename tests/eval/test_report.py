@@ -19,6 +19,7 @@ from sloop_ppl.eval._reward_tables import (
     sweeps_table,
 )
 from sloop_ppl.eval._run_folder import RunFolder
+from sloop_ppl.eval._summary import in_short
 from sloop_ppl.eval._sweep_files import sweep_files
 from sloop_ppl.eval._tables import Estimate
 from sloop_ppl.eval.results import Results, read_results
@@ -113,6 +114,19 @@ def test_the_primary_comparison_is_not_corrected(seven):
     assert primary[3] == f"{2 / 2**7:.4f}"  # only all signs as they are, or all flipped
     assert primary[4] is None
     assert rest == []
+
+
+def test_the_summary_ranks_models_and_names_the_primary_comparison(seven):
+    scores = {
+        "sloop": {"mean_log_score_1pct": -5.0, "ci95_1pct": [-5.5, -4.5]},
+        "bayes": {"mean_log_score_1pct": -4.0, "ci95_1pct": [-4.5, -3.5]},
+    }
+    beliefs, searches, primary = in_short(seven, {"models": scores}).splitlines()
+    assert beliefs.endswith("`bayes` −4.00 [−4.50, −3.50], `sloop` −5.00 [−5.50, −4.50].")
+    assert searches.startswith("- Searches, by mean discounted reward at range 3: `bayes` 100 [")
+    assert "`bayes` − `sloop` at range 3 is 60 [" in primary
+    assert primary.endswith(f"p = {2 / 2**7:.4f}.")
+    assert in_short(seven).splitlines() == [searches, primary]
 
 
 def test_one_model_alone_is_compared_with_nothing(tmp_path):
