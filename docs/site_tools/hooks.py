@@ -23,6 +23,7 @@ OPTIONAL = (
     ("Results", "Performance", "performance.md"),
 )
 _ROLE = re.compile(r":(?:func|class|mod|meth|data|attr|obj|exc):(?=<code>)")
+_PICTURE = re.compile(r'(<a\b[^>]*>\s*)?(<img\b[^>]*?\bsrc="([^"]+)"[^>]*>)')
 
 
 def on_startup(**_: Any) -> None:
@@ -74,5 +75,11 @@ def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Drop the marks of roles in docstrings: ``:func:`` is for Sphinx."""
-    return _ROLE.sub("", html)
+    """Link each picture to its file, and drop the marks of roles: ``:func:`` is for Sphinx."""
+    return _PICTURE.sub(_linked, _ROLE.sub("", html))
+
+
+def _linked(picture: re.Match[str]) -> str:
+    """Return a picture as a link to its file, where a phone can enlarge it."""
+    before, image, source = picture.groups()
+    return picture[0] if before else f'<a href="{source}">{image}</a>'
