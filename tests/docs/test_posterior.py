@@ -23,13 +23,18 @@ def test_the_page_runs_and_says_what_is_so(tmp_path, monkeypatch, capsys):
     assert "cannot be ranked" in out
     assert "| exact | 0.0e+00 |" in out
     slips = dict(re.findall(r"(\w+) \('\w+',\) 0\.10 -> ([\d.]+)", out))
-    assert float(slips["on"]) > 0.7
-    assert max(float(slips["near"]), float(slips["west"])) < 0.3
+    page = " ".join(PAGE.read_text().split())
+    wrong, near, west = re.search(
+        r"probability (\.\d\d) and .* with (\.\d\d) and (\.\d\d),", page
+    ).groups()
+    assert [slips[w] for w in ("on", "near", "west")] == [f"0{p}" for p in (wrong, near, west)]
+    after, before = re.search(r"found, (\.\d\d) of .* it \((\.\d\d) before\)", page).groups()
+    assert re.findall(r"(0\.\d\d) within 15 m of there", out) == [f"0{before}", f"0{after}"]
     assert (tmp_path / "words.png").stat().st_size > 10_000
     ranks = dict(re.findall(r"^(\w+) (\d+) 0\.\d\d$", out, re.MULTILINE))
     assert ranks == {"near": "1", "west": "11", "on": "11"}
     assert "4.86 nats of one speaker, 4.64 of two" in out
-    trusted = dict(re.findall(r"(\w+) means it: (0\.\d\d)", out))
+    trusted = dict(re.findall(r"(\w+) is reliable: (0\.\d\d)", out))
     assert float(trusted["Ann"]) > float(trusted["Bo"]) > float(trusted["Cy"])
 
 

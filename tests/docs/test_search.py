@@ -40,8 +40,9 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
         for module in ("nearest", "sensors", "windy"):
             sys.modules.pop(module, None)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("Nearest ")
-    assert [line.split()[:2] for line in lines[1:3]] == [["Disk", "True"], ["Radio", "True"]]
-    assert lines[3].startswith("True ")
+    assert lines[0].startswith("True ")
+    assert lines[1].startswith("Nearest ")
+    assert [line.split()[:2] for line in lines[2:4]] == [["Disk", "True"], ["Radio", "True"]]
     assert lines[4].startswith("True ")
+    assert lines[5].startswith("True ")
     assert names["episode"].poses[1].x_m % 5 != 2.5

@@ -16,14 +16,14 @@ REASONS = {
     "pyro-ppl": "the generative program and its inference",
     "numba": "the default planner `fast`, in machine code",
     "scipy": "special functions, quadrature, optimisation",
-    "xarray": "labelled tables of a posterior; brings pandas",
+    "xarray": "labelled tables of a posterior",
     "numpy": "arrays",
     "matplotlib": "every plot",
     "pyproj": "the local frame of a map",
     "pomdp-py": "the search POMDP and its planners",
-    "pillow": "pictures for frame networks and films",
+    "pillow": "pictures for frame networks, and GIFs",
     "jsonschema-rs": "map files are checked against a schema",
-    "rapidfuzz": "names with slips of the pen",
+    "rapidfuzz": "misspelt names",
     "h5py": "saved posteriors",
     "h5netcdf": "saved posteriors as NetCDF",
     "shapely": "outlines and regions",
@@ -82,12 +82,12 @@ def main() -> None:
         alone = sorted(set(closure(name)) - others - {name})
         shared -= set(alone)
         rows.append((sizes[name] + sum(sizes[n] for n in alone), name, alone))
-    print("| package | MB | and what only it brings | for |")
+    print("| package | MB | its own dependencies | for |")
     print("| --- | ---: | --- | --- |")
     for size, name, alone in sorted(rows, reverse=True):
         print(f"| {name} | {size:.0f} | {', '.join(alone)} | {REASONS[name]} |")
     both = ", ".join(sorted(shared))
-    print(f"| brought by several | {sum(sizes[n] for n in shared):.0f} | {both} | |")
+    print(f"| shared dependencies | {sum(sizes[n] for n in shared):.0f} | {both} | |")
     print(f"| sloop-ppl | {sizes['sloop-ppl']:.0f} | | maps, networks, the workbench |")
     print(f"| **all {len(everything)}** | **{sum(sizes.values()):.0f}** | | |")
 
