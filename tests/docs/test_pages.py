@@ -16,7 +16,6 @@ import sloop_ppl as sloop
 from sloop_ppl.cli.app import app
 from sloop_ppl.eval import METRICS
 from sloop_ppl.language import RELATIONS
-from sloop_ppl.maps import write_map
 
 DOCS = ROOT / "docs"
 HOW_TO = sorted(path for path in (DOCS / "howto").glob("*.md") if path.stem != "index")
@@ -112,25 +111,26 @@ def test_a_map_made_of_two_features_is_searched(printed):
 
 
 def test_the_page_on_map_files_runs(printed, tmp_path):
-    write_map(sloop.load_map("cleveland"), tmp_path / "my_city.geojson")
     names, _ = printed("maps")
     assert names["city"].grid.shape == (41, 41)
+    assert names["finer"].grid.shape == (81, 81)
     assert (tmp_path / "blocks.png").stat().st_size > 10_000
 
 
-def test_the_page_on_description_files_runs(printed, tmp_path):
-    lines = (ROOT / "sloop_ppl" / "data" / "examples.jsonl").read_text("utf-8").splitlines()
-    bikes = [line for line in lines if '"RedBike": {' in line or '"RedBike":{' in line]
-    (tmp_path / "mine.jsonl").write_text(bikes[0], "utf-8")
-    (tmp_path / "yours.jsonl").write_text(bikes[1], "utf-8")
-    names, _ = printed("descriptions")
-    assert len(names["descriptions"]) == 2
+def test_the_page_on_description_files_runs(printed):
+    names, (line,) = printed("descriptions")
+    assert line.startswith("The red bike is near Ivy. ")
+    assert names["description"].targets["RedBike"].x_m == 2.5
     assert len(names["examples"]) == 32
 
 
-def test_the_page_on_evaluation_has_a_metric_that_measures(printed, tmp_path):
+def test_the_page_on_evaluation_has_a_metric_that_measures(tmp_path, monkeypatch):
     text = (DOCS / "evaluation.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(# mine\.py\n.*?)```", text, re.DOTALL)
+    (writing,) = re.findall(r"```python\n(from importlib.*?)```", text, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(writing, {})
+    assert len((tmp_path / "said.jsonl").read_text("utf-8").splitlines()) == 32
     names = {}
     exec(code, names)
     grid = sloop.load_map("cleveland").grid
