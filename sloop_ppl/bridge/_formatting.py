@@ -184,7 +184,7 @@ def question_lines(questions: Sequence[Question]) -> list[str]:
         settled = ", ".join(f"{name} {bits:.2f}" for name, bits in question.settles.items())
         lines += [
             f"{number}. {question.text}",
-            f"   {question.bits:.2f} bits about the cell (about the {question.about}); {shares}",
+            f"   {question.bits:.2f} bits expected about the cell; {shares}",
             f"   settles, in bits: {settled}",
         ]
     return lines
