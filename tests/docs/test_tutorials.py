@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import sys
 import tomllib
 from pathlib import Path
 
-import matplotlib
 import pytest
 
 from sloop_ppl.cli import main
@@ -30,16 +28,8 @@ def test_the_likelihood_takes_at_most_twenty_lines():
 
 
 @pytest.mark.slow
-def test_the_page_on_likelihoods_runs(tmp_path, monkeypatch, capsys):
-    matplotlib.use("agg")
-    monkeypatch.chdir(tmp_path)
-    # Dataclasses look their module up.
-    names: dict[str, object] = {"__name__": "tutorial"}
-    monkeypatch.setitem(sys.modules, "tutorial", type(sys)("tutorial"))
-    for number, code in enumerate(blocks("python")):
-        if code.startswith("# mine.py\n"):
-            (tmp_path / "mine.py").write_text(code)
-        exec(compile(code, f"your_own_likelihood.md, block {number}", "exec"), names)
+def test_the_page_on_likelihoods_runs(run_page, tmp_path, capsys):
+    run_page(DOCS / "your_own_likelihood.md")
     out = capsys.readouterr().out
     assert "log_g of Cardioid for relation 'on' of an area is 5.9 at its highest; expected" in out
     rows = dict(re.findall(r"^\| (\w+) \| (\S+) \|", out, re.MULTILINE))
@@ -55,7 +45,7 @@ def test_the_way_from_descriptions_to_numbers(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (mine,) = [code for code in blocks("python") if code.startswith("# mine.py\n")]
     (tmp_path / "mine.py").write_text(mine)
-    section = PAGE.split("## Fit it to what people said")[1].split("\n## ")[0]
+    section = PAGE.split("## Fit it to descriptions")[1].split("\n## ")[0]
     notes, names = [], {}
     for kind, code in re.findall(r"```(python|)\n(.*?)```", section, re.DOTALL):
         if kind:

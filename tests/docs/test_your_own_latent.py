@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib
 import pytest
 from pyro import poutine
 
@@ -29,17 +27,8 @@ def test_a_latent_takes_at_most_twenty_five_lines():
 
 
 @pytest.mark.slow
-def test_the_page_on_latents_runs(tmp_path, monkeypatch, capsys):
-    matplotlib.use("agg")
-    monkeypatch.chdir(tmp_path)
-    # Dataclasses look their module up.
-    names: dict[str, object] = {"__name__": "tutorial"}
-    monkeypatch.setitem(sys.modules, "tutorial", type(sys)("tutorial"))
-    for number, code in enumerate(BLOCKS):
-        file = re.match(r"# (\w+\.py)\n", code)
-        if file:
-            (tmp_path / file[1]).write_text(code)
-        exec(compile(code, f"your_own_latent.md, block {number}", "exec"), names)
+def test_the_page_on_latents_runs(run_page, tmp_path, capsys):
+    names = run_page(DOCS / "your_own_latent.md")
     out = capsys.readouterr().out
     assert out.startswith("('viewpoint',)\n")
     assert "('viewpoint',) True" in out  # loaded again
