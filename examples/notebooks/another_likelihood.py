@@ -13,7 +13,7 @@
 # %% [markdown]
 # # Try another likelihood
 #
-# A likelihood says how true a relation is of each cell of the map. This tutorial writes one,
+# A likelihood says how true a relation is at each cell of the map. This tutorial writes one,
 # infers with it, and compares it with the published model and with `bayes`. It takes ten minutes
 # to read.
 
@@ -34,8 +34,8 @@ QUICK = os.environ.get("SLOOP_QUICK") == "1"  # continuous integration scores fe
 # %% [markdown]
 # ## The sentence and its belief
 #
-# `parse` reads the sentence on a map, `infer` turns what was read into a posterior. The belief is
-# a table with a probability for each cell of 5 m.
+# `parse` finds the relations of the sentence on a map, and `infer` turns them into a posterior. The
+# belief is a table with the probability of each cell of 5 m.
 
 # %%
 city = sloop.load_map("cleveland")
@@ -48,19 +48,19 @@ print("most probable:", posterior.mode("GreenToyota"), "metres east and north of
 # %% [markdown]
 # ## A likelihood of your own
 #
-# A class with a method `log_g` is all it takes. It returns the log of the truth of a relation, 0
-# at most, for each cell. `term.off_m` is the distance from the ground (here Velvet Dog) in
-# metres, and `term.outward_rad` the direction from it; `direction_rad` holds the B directions in
-# which "behind" may point, since which way Velvet Dog faces is latent. For a relation without
-# direction it is None.
+# You need a class with a method `log_g`. It returns the log of the truth of a relation, at most 0,
+# for each cell. `term.off_m` is the distance from the ground (here Velvet Dog) in metres, and
+# `term.outward_rad` the direction from it. `direction_rad` holds the B directions in which
+# "behind" may point, because the direction that Velvet Dog faces is latent; it is None for a
+# relation without direction.
 #
-# This one is true within a reach, whatever the distance, and fades beyond it.
+# This likelihood is constant up to a reach, and fades beyond it.
 
 
 # %%
 @dataclass(frozen=True)
 class Plateau:
-    """True within a reach, fading beyond it; in direction a cosine, flattened."""
+    """Constant up to a reach, fading beyond it; a flattened cosine in direction."""
 
     reach_m: float = 20.0
     fade_m: float = 8.0
@@ -74,8 +74,8 @@ class Plateau:
 
 
 # %% [markdown]
-# `check_likelihood` tries what every engine relies on: shapes, signs, gradients, that turning the
-# map turns the belief. It raises an error that names the first promise broken.
+# `check_likelihood` tests what every engine relies on: shapes, signs, gradients, and that the belief
+# rotates with the map. It raises an error that names the first requirement that fails.
 
 # %%
 check_likelihood(Plateau())
@@ -83,8 +83,8 @@ check_likelihood(Plateau())
 # %% [markdown]
 # ## Put it into a model
 #
-# A model is a value. `replace` puts the likelihood into one; frames of reference, mixture
-# components, denial and every engine take it from there.
+# A model is a frozen dataclass. `replace` returns one with another likelihood; frames of reference,
+# mixture components, denial and every engine work with it.
 
 # %%
 published = preset("sloop-m4")
@@ -101,8 +101,8 @@ for name, model in models.items():
 # ## Is it better?
 #
 # The mean log score is the mean natural log of the belief at the true cell: higher is better, and
-# a uniform belief has -7.43. The bundled sentences were written for these maps and are few, so
-# they are no evidence; `sloop eval quality` scores descriptions that people gave.
+# a uniform belief has -7.43. The bundled sentences are few and were written for these maps, so they
+# are not evidence; `sloop eval quality` scores descriptions that people gave.
 
 # %%
 examples = bundled_examples()[: 6 if QUICK else None]
@@ -121,5 +121,5 @@ for ax, (name, model) in zip(axes, models.items(), strict=True):
     sloop.plots.plot_belief(post, "GreenToyota", ax=ax, title=name, legend=False, colour_bar=False)
 
 # %% [markdown]
-# Next: [the full page on likelihoods](../your_own_likelihood.md) has parameters that are learnt
-# from descriptions, the command line, and closed forms.
+# Next: [the full page on likelihoods](../your_own_likelihood.md) shows how to learn parameters from
+# descriptions, the command line, and closed forms.

@@ -13,10 +13,9 @@
 # %% [markdown]
 # # Bring a pomdp-py domain
 #
-# You have a POMDP written with pomdp-py, and people who say where things are. This tutorial puts
-# a sentence into such a domain twice: as its initial belief, and as an observation while it runs.
-# The domain here is a robot that drives over the blocks of a map and sees only the block it
-# stands on.
+# You have a POMDP written with pomdp-py, and people who say where things are. This tutorial uses a
+# sentence in such a domain in two ways: as its initial belief, and as an observation during the
+# run. In the domain, a robot drives over the cells of a map and sees only its own cell.
 
 # %%
 import os
@@ -38,7 +37,7 @@ print(HEIGHT, "x", WIDTH, "cells of 20 m; the car stands at", tuple(int(i) for i
 # %% [markdown]
 # ## The domain
 #
-# Nothing here knows of language. A state is where the robot and the car are.
+# This part does not depend on language. A state is the cells of the robot and of the car.
 
 # %%
 MOVES = {"north": (1, 0), "south": (-1, 0), "east": (0, 1), "west": (0, -1)}
@@ -47,7 +46,7 @@ START = (9, 9)
 
 
 class Place(pomdp_py.SimpleState):
-    """Robot and car, each a row and a column."""
+    """The cells of robot and car, each a row and a column."""
 
     def __init__(self, robot, car):
         super().__init__((robot, car))
@@ -86,7 +85,7 @@ class Picking(pomdp_py.RewardModel):
 
 
 class Going(pomdp_py.RolloutPolicy):
-    """Rollouts go to where the particle has the car."""
+    """Drive to the car's cell in the sampled state."""
 
     def rollout(self, state, history=()):
         (row, col), (to_row, to_col) = state.robot, state.car
@@ -106,7 +105,7 @@ class Going(pomdp_py.RolloutPolicy):
 # %% [markdown]
 # ## A sentence as the initial belief
 #
-# `as_histogram` turns a belief over cells into a `pomdp_py.Histogram` over states of your own.
+# `as_histogram` turns a belief over cells into a `pomdp_py.Histogram` over your own states.
 
 # %%
 said = sloop.parse("The green Toyota is behind Velvet Dog.", city)
@@ -138,12 +137,12 @@ print("the same:", max(abs(heard[s] - after[s]) for s in after) < 1e-12)
 # %% [markdown]
 # ## Plan with both
 #
-# pomdp-py's POUCT plans, on the belief with the sentence and on the one without.
+# pomdp-py's POUCT plans with each of the two beliefs, with and without the sentence.
 
 
 # %%
 def drive(belief, sims, steps=60):
-    """Return the cells that the robot visits, and whether it picks the car up."""
+    """Return the cells that the robot visits, and whether it picks up the car."""
     random.seed(0)
     np.random.seed(0)  # pomdp-py draws from there
     agent = pomdp_py.Agent(belief, Going(), Driving(), Looking(), Picking())

@@ -13,13 +13,13 @@
 # %% [markdown]
 # # Look into a posterior
 #
-# A belief is the end of a chain of latents: how the sentence was meant, which place each name
-# refers to, which way a building faces, whether a phrase was a slip. All of them stay in the
-# posterior. This tutorial asks for each of them, asks the speaker back, and ends with one sheet
+# A belief depends on several latents: the reading of the sentence, the place to which each name
+# refers, the direction that a building faces, and whether a phrase is wrong. The posterior keeps
+# all of them. This tutorial looks at each, asks the speaker a question, and ends with one sheet
 # that explains the belief.
 
 # %%
-import matplotlib.pyplot as plt  # with it, notebooks show figures
+import matplotlib.pyplot as plt  # so that notebooks show figures
 
 import sloop_ppl as sloop
 
@@ -42,8 +42,8 @@ print("cells that hold 90 %:", int(posterior.hpd(target, 0.9).sum()))
 # %% [markdown]
 # ## Which place was meant?
 #
-# "A bar" may be one of several. Each candidate has a probability; None is a place that is not
-# on the map.
+# "A bar" may be one of several bars. Each candidate has a probability; None is a place that is
+# not on the map.
 
 # %%
 for ground in posterior.grounds(target):
@@ -51,18 +51,18 @@ for ground in posterior.grounds(target):
     print(f"{ground.relation.relation:7s} {candidates}")
 
 # %% [markdown]
-# ## Which phrase tells most?
+# ## Which phrase is most informative?
 #
-# `influence` infers again without each phrase, and measures how far the belief moves, in bits.
+# `influence` repeats inference without each phrase, and measures the change of the belief in bits.
 
 # %%
 for influence in posterior.influence(target):
     print(f"{influence.relation.relation:7s} {influence.bits:.2f} bits")
 
 # %% [markdown]
-# ## Was a phrase a slip?
+# ## Is a phrase wrong?
 #
-# Every phrase has a latent that says it was not meant, the lapse.
+# Every phrase has a latent, the lapse, that says it is uninformative.
 
 # %%
 for lapse in posterior.lapses(target):
@@ -72,18 +72,18 @@ for lapse in posterior.lapses(target):
 # ## Which way does Velvet Dog face?
 #
 # "Behind" needs the front of its ground. The frame of reference is a distribution over
-# directions, before (the prior, from the map) and after. The belief carries both, so that a wrong
-# guess is not final.
+# directions. Its prior comes from the map; the sentence updates it. The belief sums over all
+# directions, so that a wrong prediction is not final.
 
 # %%
 front = posterior.frame(target, relation=0)
 ax = sloop.plots.plot_frame(city, "VelvetDog", front.values, prior=front["prior"].values)
 
 # %% [markdown]
-# ## What should one ask?
+# ## Which question helps most?
 #
-# `ask` finds the questions with the largest expected information. An answer is evidence like a
-# sentence.
+# `ask` finds the questions with the largest expected information. An answer is evidence, as a
+# sentence is.
 
 # %%
 questions = sloop.ask(posterior, city, n=2)
@@ -105,5 +105,5 @@ figure = sloop.bridge.figure_of(answered)
 figure
 
 # %% [markdown]
-# Next: [all that a posterior can be asked](../posterior.md), and [what questions are
-# worth](../asking.md).
+# Next: [everything that a posterior can answer](../posterior.md), and [the value of
+# questions](../asking.md).
