@@ -379,7 +379,14 @@ def _source_names(sources: Iterable[str | Path]) -> dict[str | Path, str]:
 
 
 def bundled_examples() -> tuple[AnnotatedDescription, ...]:
-    """Return the example descriptions of the bundled cities that ship with the package."""
+    """Return the example descriptions of the bundled cities that ship with the package.
+
+    Examples
+    --------
+    >>> examples = bundled_examples()
+    >>> len(examples), examples[0].map
+    (32, 'austin')
+    """
     return read_descriptions(Path(str(files("sloop_ppl"))) / "data" / "examples.jsonl")
 
 

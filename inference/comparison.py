@@ -229,6 +229,15 @@ def rank_models(
     -----
     The evidence of a model with ``truth`` or ``map`` normalisation is no probability of what was
     said, so it ranks nothing.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> from sloop_ppl.models import speaker_of
+    >>> models = (speaker_of("bayes"), speaker_of("sloop-m4"))
+    >>> posts = [sloop.infer("The red bike is near Ivy.", "cleveland", model=m) for m in models]
+    >>> [score.bits_behind >= 0 for score in rank_models(posts)]
+    [True, True]
     """
     named = _named(posteriors)
     (first_name, first), *others = named.items()

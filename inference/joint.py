@@ -139,6 +139,15 @@ class JointPosterior:
     local
         Latents of one phrase each, which the factors have summed out; they come back, given the
         others, when they are asked for.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> joint = sloop.infer("The red bike is west of Hoyt Block.", "cleveland").joint
+    >>> joint.latents
+    ('RedBike/cell', 'reading', 'RedBike/component', 'RedBike/lapse_0')
+    >>> joint.probabilities("RedBike/cell", given={"RedBike/lapse_0": False}).shape
+    (1681,)
     """
 
     factors: tuple[LogFactor, ...]

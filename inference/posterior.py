@@ -131,6 +131,16 @@ class Posterior:
     longer description, those of several multiply, and the order never matters. A text without a
     name is a speaker by itself. Frames that a speaker shares between targets, and relations between
     targets, couple their beliefs: what is learnt of one tells of the other.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> post = sloop.infer("The red bike is west of Hoyt Block.", "cleveland")
+    >>> post.mode("RedBike"), post.belief("RedBike").shape
+    ((-22.5, -77.5), (41, 41))
+    >>> post = post.update(sloop.parse("The red bike is near Velvet Dog.", post.city))
+    >>> len(post.texts)
+    2
     """
 
     city: CityMap

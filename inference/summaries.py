@@ -47,7 +47,14 @@ class Place:
 
 
 def entropy_nats(belief: Belief) -> float:
-    """Return the entropy of a belief in nats; 0 log 0 counts as 0."""
+    """Return the entropy of a belief in nats; 0 log 0 counts as 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> round(entropy_nats(np.full((41, 41), 1 / 1681)), 2)
+    7.43
+    """
     positive = belief[belief > 0]
     return float(abs((positive * np.log(positive)).sum()))  # abs: no -0.0 where it is certain
 
@@ -79,7 +86,15 @@ def expected_distance_m(belief: Belief, grid: Grid, place_m: tuple[float, float]
 
 
 def hpd_cells(belief: Belief, mass: float) -> NDArray[np.bool_]:
-    """Return the smallest set of cells that holds at least `mass`, ties broken by cell order."""
+    """Return the smallest set of cells that holds at least `mass`, ties broken by cell order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> hpd_cells(np.array([[0.5, 0.3], [0.15, 0.05]]), 0.8)
+    array([[ True,  True],
+           [False, False]])
+    """
     flat = belief.reshape(-1)
     order = np.argsort(-flat, kind="stable")
     # Rounding of a running sum must not ask for one cell more: .9 of ten equal cells is nine.

@@ -253,6 +253,14 @@ def learn_cells(
         When there is no place.
     OutsideMap
         When one lies outside its map.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> city = load_map("cleveland")
+    >>> prior = learn_cells([(city, (22.5, -40.0)), (city, (-30.0, 12.0))])
+    >>> type(prior).__name__
+    'LearntCells'
     """
     counts = np.zeros(len(FEATURES), dtype=int)
     shares = np.zeros(len(FEATURES))

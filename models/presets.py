@@ -88,6 +88,14 @@ class ObservationModel:
     ------
     InputError
         When there is no component, or a number is out of its range.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from sloop_ppl.models import preset
+    >>> wary = replace(preset("bayes"), name="wary", lapse=0.1)
+    >>> wary.normalisation, wary.temper > 0
+    ('map', True)
     """
 
     name: str

@@ -74,8 +74,8 @@ class Plateau:
 
 
 # %% [markdown]
-# `check_likelihood` tests what every engine relies on: shapes, signs, gradients, and that the belief
-# rotates with the map. It raises an error that names the first requirement that fails.
+# `check_likelihood` tests what every engine relies on: shapes, signs, gradients, and that the
+# belief rotates with the map. It raises an error that names the first requirement that fails.
 
 # %%
 check_likelihood(Plateau())

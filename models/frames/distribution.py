@@ -70,6 +70,13 @@ class FrameDistribution:
     -----
     Source: design of this package, (1 - lapse) VonMises + lapse Uniform. The paper uses one
     predicted angle (SLOOP sec. III-D): one part that is a point.
+
+    Examples
+    --------
+    >>> import math
+    >>> front = FrameDistribution((FramePart(math.pi / 2, kappa=5.0, weight=0.9),), lapse=0.1)
+    >>> [round(p, 2) for p in front.binned(4).tolist()]  # east, north, west, south
+    [0.07, 0.84, 0.07, 0.03]
     """
 
     parts: tuple[FramePart, ...]

@@ -53,6 +53,13 @@ def explain_lines(posterior: Posterior, rng: np.random.Generator | None = None) 
         What is believed.
     rng
         Wanted by engines that draw.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> lines = explain_lines(sloop.infer("The red bike is near Ivy.", "cleveland"))
+    >>> lines[0]
+    'RedBike'
     """
     lines = []
     for target in posterior.targets:

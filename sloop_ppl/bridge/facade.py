@@ -60,6 +60,12 @@ def parse(
         When there is no such parser, map or viewpoint.
     DescriptionError
         When `hearer` is not two finite numbers.
+
+    Examples
+    --------
+    >>> said = parse("The red bike is behind Ivy.", "cleveland")
+    >>> [(r.figure, r.relation, r.ground) for r in said.relations]
+    [('RedBike', 'behind', 'Ivy')]
     """
     return language.parse(text, _city(city), targets, parser, viewpoint, hearer=hearer)
 

@@ -122,6 +122,16 @@ def search(
         When something that is said speaks of no target.
     SearchInterrupted
         On Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sloop_ppl as sloop
+    >>> post = sloop.infer("The red bike is west of Hoyt Block.", "cleveland")
+    >>> places = {"RedBike": (-37.5, -72.5)}
+    >>> run = sloop.search(post, post.city, places, planner="greedy", rng=np.random.default_rng(0))
+    >>> run.found
+    True
     """
     chosen = planner_of(planner)
     check_map(posterior, city)

@@ -335,6 +335,13 @@ class Unresolved:
         Ids of the landmarks that come nearest, best first.
     status
         Why it is not among the relations.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> said = sloop.parse("The bike is at Rumor. Has anyone seen it at Ivy?", "cleveland")
+    >>> [(phrase.text, phrase.status) for phrase in said.unresolved]
+    [('at Ivy', 'asked')]
     """
 
     text: str
@@ -380,6 +387,15 @@ class Description:
         For another viewpoint.
     DescriptionError
         When the probabilities of `readings` do not sum to one, or `hearer` is no place.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> said = sloop.parse("The red bike is near Ivy, not behind it.", "cleveland")
+    >>> [(r.figure, r.relation, r.ground, r.negated) for r in said.relations]
+    [('RedBike', 'near', 'Ivy', False), ('RedBike', 'behind', 'Ivy', True)]
+    >>> [target.id for target in said.targets]
+    ['RedBike']
     """
 
     text: str

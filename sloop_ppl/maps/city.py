@@ -57,6 +57,17 @@ class CityMap:
     ------
     MapError
         When two landmarks share an id, or a poi stands within an unknown landmark.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> city = load_map("cleveland")
+    >>> city
+    CityMap('cleveland', 41 x 41 cells of 5 m, 61 landmarks)
+    >>> [place.id for place in city.find("the bar")]
+    ['Ivy', 'BarleyHouse']
+    >>> city.frontage("VelvetDog").street.id
+    'West6thSt'
     """
 
     name: str

@@ -80,6 +80,16 @@ def write_map(city: CityMap, path: str | Path) -> None:
         When the map has no centre on earth or holds what JSON cannot say.
     OutputError
         When the path cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from sloop_ppl.maps import load_map
+    >>> path = Path(tempfile.mkdtemp()) / "mine.geojson"
+    >>> write_map(load_map("cleveland"), path)
+    >>> load_map(str(path), cell_m=10)
+    CityMap('cleveland', 21 x 21 cells of 10 m, 61 landmarks)
     """
     data = to_geojson(city)
     try:
@@ -131,7 +141,13 @@ _INVENTED = ("suburb",)
 
 
 def bundled_maps() -> list[str]:
-    """Return the names of the cities that ship with the package, in alphabetical order."""
+    """Return the names of the cities that ship with the package, in alphabetical order.
+
+    Examples
+    --------
+    >>> bundled_maps()
+    ['austin', 'cleveland', 'denver', 'honolulu', 'washington_dc']
+    """
     return [name for name in map_names() if name not in _INVENTED]
 
 

@@ -143,6 +143,13 @@ def house_numbers(city: CityMap, street_id: str) -> HouseNumbers | None:
     A number belongs to the street of its address (``addr:street`` or `addresses`), else to the
     street its building faces. Numbers run one way along a street: those outside the longest
     sequence that does, such as one of the other street at a corner, are left out.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> numbers = house_numbers(load_map("cleveland"), "West6thSt")
+    >>> [round(metres) for metres in numbers.locate(1250)]  # x and y
+    [-38, 13]
     """
     network = street_network(city)
     at = network.position(street_id)

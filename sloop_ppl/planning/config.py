@@ -108,6 +108,13 @@ class SearchConfig:
     Source: SLOOP sec. VI (moves, rewards) and its published code (fan of 90 degrees; the text
     has 45). The published agent plans at -2 a move while its environment charges 11; here both
     charge the paper's 10.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> far = replace(SearchConfig(), sensor_range_cells=5)
+    >>> far.sensor_range_cells, far.discount
+    (5, 0.95)
     """
 
     sensor_range_cells: float = 3.0

@@ -147,6 +147,16 @@ def run_search(
         When something was observed that the beliefs held impossible.
     SearchInterrupted
         On Ctrl-C; it is a KeyboardInterrupt and holds the episode so far.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sloop_ppl.maps import load_map
+    >>> city = load_map("cleveland")
+    >>> uniform, places = np.ones(city.grid.shape), {"RedBike": (2.5, 12.5)}
+    >>> rng = np.random.default_rng(0)
+    >>> run_search({"RedBike": uniform}, city, places, planner="greedy", rng=rng).found
+    True
     """
     chosen = planner_of(planner)
     ids = tuple(beliefs)

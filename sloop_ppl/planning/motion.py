@@ -98,6 +98,12 @@ class ExactMotion(FiniteMotion):
     -----
     Source: SLOOP sec. VI. Between two of the eight headings a step is that of the nearer one,
     turned by the difference.
+
+    Examples
+    --------
+    >>> from sloop_ppl.planning import Pose
+    >>> ExactMotion(cell_m=5.0).outcomes(Pose(2.5, 2.5, 0.0), "forward")
+    ((1.0, Pose(x_m=17.5, y_m=2.5, heading_rad=0.0)),)
     """
 
     def __init__(self, cell_m: float = 5.0, step_cells: int = 3, turn_deg: float = 45.0) -> None:

@@ -22,6 +22,12 @@ class Pose(NamedTuple):
         Metres east and north of the map's centre.
     heading_rad
         Radians anticlockwise from east.
+
+    Examples
+    --------
+    >>> import math
+    >>> Pose(5.0, -10.0, math.pi / 2).heading_deg
+    90.0
     """
 
     x_m: float

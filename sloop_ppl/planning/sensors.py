@@ -320,6 +320,14 @@ class FanSensor(MaskSensor):
     Source: SLOOP's published code (90 degrees; the text has 45). A cell is seen past tall ones when
     none stands strictly between; where the line from the robot's cell runs along the border of
     two cells, both must be tall to hide it.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> from sloop_ppl.planning import Pose
+    >>> sensor = FanSensor(load_map("cleveland").grid)
+    >>> int(sensor.view(Pose(2.5, 2.5, 0.0)).sum())  # cells in view, looking east
+    9
     """
 
     def __init__(

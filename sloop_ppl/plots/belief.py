@@ -70,6 +70,13 @@ def plot_belief(
         When the posterior has no such target.
     InputError
         When the belief has another shape than the map, or is not finite.
+
+    Examples
+    --------
+    >>> import sloop_ppl as sloop
+    >>> post = sloop.infer("The red bike is near Ivy.", "cleveland")
+    >>> plot_belief(post, "RedBike").get_xlabel()
+    "east of the map's centre (m)"
     """
     if target not in posterior.targets:
         raise UnknownName("target", target, posterior.targets)

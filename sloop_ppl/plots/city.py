@@ -66,6 +66,12 @@ def plot_map(
     ------
     UnknownName
         When a landmark to highlight is not on the map.
+
+    Examples
+    --------
+    >>> from sloop_ppl.maps import load_map
+    >>> plot_map(load_map("cleveland")).get_ylabel()
+    "north of the map's centre (m)"
     """
     axes = new_axes(ax)
     layer = draw_map(axes, city, labels=labels, grid=grid, highlight=highlight, muted=muted)
