@@ -42,10 +42,10 @@ def in_short(results: Results, quality: Mapping[str, Any] | None = None) -> str:
 
 
 def _scores(models: Mapping[str, Mapping[str, Any]]) -> str:
-    estimates = {
-        name: Estimate(one["mean_log_score_1pct"], *one["ci95_1pct"], digits=2)
-        for name, one in models.items()
-    }
+    estimates = {}
+    for name, one in models.items():
+        low, high = one["ci95_1pct"]
+        estimates[name] = Estimate(one["mean_log_score_1pct"], low, high, digits=2)
     return (
         "Beliefs, by mean log score of the true cell with 1 % of the uniform belief mixed in: "
         f"{_ranked(estimates)}."
