@@ -64,11 +64,12 @@ test: $(STAMP)
 # accessibility rules come from npm into out/, where the tests look for them.
 test-web: export OMP_NUM_THREADS ?= 1
 test-web: $(STAMP)
-	command -v chromium >/dev/null || apt-get install -y --no-install-recommends chromium || \
-	  (apt-get update && apt-get install -y --no-install-recommends chromium) || true
+	command -v chromium >/dev/null || ! command -v apt-get >/dev/null || \
+	  timeout 300 apt-get install -y --no-install-recommends chromium || \
+	  (timeout 100 apt-get update && timeout 300 apt-get install -y --no-install-recommends chromium) || true
 	test -e out/axe/node_modules/axe-core || \
 	  npm install --silent --prefix out/axe --no-save --ignore-scripts $(AXE) || true
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/web $(if $(PICTURES),--pictures $(PICTURES))
+	$(BIN)/python -m pytest -n 2 --dist loadfile --reruns 1 tests/web $(if $(PICTURES),--pictures $(PICTURES))
 
 docs: export NO_MKDOCS_2_WARNING ?= 1
 docs: $(STAMP)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
+from sloop_ppl.inference._belief_summaries import BeliefSummaries
 from sloop_ppl.inference._draws import (
     CHAINS,
     PhraseWord,
@@ -67,14 +68,6 @@ from sloop_ppl.inference.referents import (
     readings_of,
     referents_of,
 )
-from sloop_ppl.inference.summaries import (
-    entropy_nats,
-    expected_distance_m,
-    expected_m,
-    hpd_cells,
-    mode_m,
-    probability_in,
-)
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap, SearchArea
 from sloop_ppl.models import GroundedRelation, Latent, ObservationModel, PairKernel
@@ -93,7 +86,7 @@ _MOST_DRAWN = 4  # targets in a notebook; all are in its table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Posterior:
+class Posterior(BeliefSummaries):
     """What is believed about where targets are. Immutable: evidence returns a new one.
 
     It is a `JointPosterior`, its attribute `joint`, with the map, the model and the descriptions
@@ -256,40 +249,6 @@ class Posterior:
             cells = self.joint.probabilities(f"{target}/cell")
             self._beliefs[target] = cells.reshape(self.city.grid.shape)
         return self._beliefs[target]
-
-    def mode(self, target: str) -> tuple[float, float]:
-        """Return x and y of the most probable cell's centre, metres."""
-        return mode_m(self.belief(target), self.city.grid)
-
-    def expected(self, target: str) -> tuple[float, float]:
-        """Return the mean place, metres."""
-        return expected_m(self.belief(target), self.city.grid)
-
-    def entropy(self, target: str) -> float:
-        """Return the entropy of a target's belief, nats."""
-        return entropy_nats(self.belief(target))
-
-    def hpd(self, target: str, mass: float = 0.9) -> NDArray[np.bool_]:
-        """Return the smallest set of cells holding at least `mass`, shape (H, W)."""
-        if not 0 < mass <= 1:
-            raise InputError(f"mass is {mass}; expected a probability in (0, 1]")
-        return hpd_cells(self.belief(target), mass)
-
-    def expected_distance(self, target: str, place_m: tuple[float, float]) -> float:
-        """Return the mean distance from a place (x, y) to the target, metres."""
-        return expected_distance_m(self.belief(target), self.city.grid, place_m)
-
-    def probability_in(self, target: str, polygon: Any) -> float:
-        """Return the probability that a target is inside a shapely polygon, metres.
-
-        A cell that is partly inside counts by the share of its area.
-
-        Raises
-        ------
-        InputError
-            When it is no polygon, is empty, or crosses itself.
-        """
-        return probability_in(self.belief(target), self.city.grid, polygon)
 
     def compare(self, other: Posterior) -> BeliefComparison:
         """Return how far the beliefs are from those of another posterior, target by target.

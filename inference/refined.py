@@ -15,10 +15,10 @@ import shapely
 from numpy.typing import NDArray
 
 from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.inference._belief_summaries import BeliefSummaries
 from sloop_ppl.inference.engines import Exact, InferenceInfo
 from sloop_ppl.inference.factors import check_description, weigh
 from sloop_ppl.inference.posterior import Posterior, check_possible
-from sloop_ppl.inference.summaries import entropy_nats, expected_m, hpd_cells, mode_m
 from sloop_ppl.language import Description, SpatialRelation
 from sloop_ppl.maps import CityMap, UnevenGrid
 from sloop_ppl.models import ObservationModel, preset
@@ -50,7 +50,7 @@ _PASSES = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RefinedPosterior:
+class RefinedPosterior(BeliefSummaries):
     """A belief over a large map that is fine where the belief changes and coarse elsewhere.
 
     Parameters
@@ -106,24 +106,6 @@ class RefinedPosterior:
         if target not in self._beliefs:
             self._beliefs[target] = self.grid.spread(self.blocks.belief(target))
         return self._beliefs[target]
-
-    def mode(self, target: str) -> tuple[float, float]:
-        """Return x and y of the most probable cell's centre, metres."""
-        return mode_m(self.belief(target), self.city.grid)
-
-    def expected(self, target: str) -> tuple[float, float]:
-        """Return the mean place, metres."""
-        return expected_m(self.belief(target), self.city.grid)
-
-    def entropy(self, target: str) -> float:
-        """Return the entropy of a target's belief over the map's cells, nats."""
-        return entropy_nats(self.belief(target))
-
-    def hpd(self, target: str, mass: float = 0.9) -> NDArray[np.bool_]:
-        """Return the smallest set of cells holding at least `mass`, shape (H, W)."""
-        if not 0 < mass <= 1:
-            raise InputError(f"mass is {mass}; expected a probability in (0, 1]")
-        return hpd_cells(self.belief(target), mass)
 
     def window(
         self, target: str, mass: float = 0.95, most_m: float = 5000.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import io
+import os
 import signal
 import sys
 import threading
@@ -78,6 +79,8 @@ app.command("warmup")(_short_commands.warmup)
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 well, 2 a mistake, 1 a crash, 130 Ctrl-C, 143 SIGTERM."""
+    # Tables of a city are too small to share out: more threads spin while they wait for each other.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     command = typer.main.get_command(app)
     forget_missing_backend()
     for stream in (sys.stdout, sys.stderr):

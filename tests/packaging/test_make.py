@@ -80,7 +80,7 @@ def test_ci_can_be_run():
     lines = script.read_text().splitlines()
     assert "set -euo pipefail" in lines
     assert [line for line in lines if line.startswith("make ")] == [
-        "make venv", "make check", "make demo", "make graphics",
+        "make venv", "make check", "make demo", "make graphics", "make test-web",
         'make test PYTEST_OPTIONS="-n auto --dist loadgroup --ignore=tests/web"',
     ]  # fmt: skip
 
