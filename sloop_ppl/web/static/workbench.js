@@ -410,6 +410,7 @@ function endSearch() {
   delete by("player").dataset.ended;
   by("stop").hidden = true;
   by("search-state").textContent = "";
+  by("search-state").classList.remove("found");
   by("episode").disabled = true;
   view?.setDrone([], null, []);
 }
@@ -418,6 +419,7 @@ function endSearch() {
 function searched(at) {
   view.setFrames([]);
   const last = player?.ended && at === player.steps.length - 1;
+  by("search-state").classList.toggle("found", Boolean(last && player.ended.found));
   by("search-state").textContent = !last ? `Step ${at}` : player.ended.found ? `Found after ${at} steps` : `Not found in ${at} steps`;
 }
 
