@@ -78,7 +78,8 @@ def run_fly_request(request: FlyRequest, notify: Callable[[str], None]) -> Searc
         result = run_request(_with_beliefs(request), notify, stage=staging)
         if staging.film is not None and request.video:
             staging.film.write(request.video, result.episode)
-        return replace(result, report={**result.report, **staging.report()})
+        text = " ".join(result.posterior.texts)
+        return replace(result, report={**result.report, "text": text, **staging.report()})
 
 
 def serve_flight(request: FlyRequest, port: int, notify: Callable[[str], None]) -> None:

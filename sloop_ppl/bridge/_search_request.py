@@ -372,6 +372,7 @@ def _write(request: SearchRequest, posterior: Posterior, episode: PosteriorEpiso
         write_episode(
             replace(episode, beliefs=()) if not request.animation else episode,
             request.out,
+            text=" ".join(posterior.texts),
             **_named(request, posterior, episode),
         )
     if request.posterior_out and episode.posterior is not None:

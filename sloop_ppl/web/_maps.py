@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
-from pathlib import Path
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap, load_map, map_names
 from sloop_ppl.maps.geojson import from_geojson
 from sloop_ppl.web import _limits
-from sloop_ppl.web._map_worker import read_in_worker
+from sloop_ppl.web._file_worker import read_dropped_file
+from sloop_ppl.web._map_file import read_map_file
 from sloop_ppl.web._refusal import Refusal
-from sloop_ppl.web._workers import Worker
 
-__all__ = ["MapShelf"]
+__all__ = ["MapShelf", "shown_name"]
 
 
 class MapShelf:
@@ -84,6 +81,29 @@ class MapShelf:
         """Return the key of a map that was added by name or path."""
         return next(key for key, name in self.sources.items() if name == source)
 
+    def key_of_episode(self, name: str, digest: str) -> str:
+        """Return the key of the map that an episode names, by its digest if it has one.
+
+        Raises
+        ------
+        Refusal
+            When it is not here.
+        """
+        with self._lock:
+            own = {key: city.name for key, city in (*self._loaded.items(), *self._dropped.items())}
+        if digest in own:
+            return digest
+        if name in self._bundled and (not digest or self.get(name).digest == digest):
+            return name
+        fitting = [key for key, known in own.items() if known == name and not digest]
+        if not fitting:
+            raise Refusal(
+                422,
+                f"The episode was searched on map '{name[:60]}', which is not here as it was then; "
+                "open the map's file first, then the episode",
+            )
+        return fitting[-1]
+
     def names(self) -> list[dict[str, str]]:
         """Return key and name of each map, the server's own first."""
         with self._lock:
@@ -112,28 +132,19 @@ class MapShelf:
         Refusal
             When it cannot be read.
         """
-        shown = " ".join(name.split())[:60] or "dropped map"
-        with tempfile.TemporaryDirectory(prefix="sloop-") as folder:
-            path = Path(folder) / "map"
-            path.write_bytes(content)
-            worker = Worker(read_in_worker, str(path), shown)
-            try:
-                answer = worker.receive(_limits.SECONDS_FOR_A_MAP)
-            finally:
-                worker.stop()
-        if answer is None:
-            raise Refusal(
-                422, f"Map '{shown}' takes too long or too much to read; try a smaller one"
-            )
-        read = json.loads(answer)
-        if "error" in read:
-            raise Refusal(422, read["error"])
+        shown = shown_name(name, "dropped map")
+        read = read_dropped_file(read_map_file, content, shown, "Map")
         city = from_geojson(read["map"], source=shown)
         with self._lock:
             self._dropped[city.digest] = city
             while len(self._dropped) > _limits.MOST_UPLOADS:
                 self._dropped.popitem(last=False)
         return city.digest, read["note"]
+
+
+def shown_name(name: str, otherwise: str) -> str:
+    """Return what a dropped file is called on the page; it names nothing on the disk."""
+    return " ".join(name.split())[:60] or otherwise
 
 
 def _title(name: str) -> str:

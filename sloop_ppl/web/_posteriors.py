@@ -11,16 +11,16 @@ from typing import Any
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from shapely.geometry import Polygon
 
 from sloop_ppl import bridge
-from sloop_ppl.bridge._catalogue import names_of
-from sloop_ppl.bridge._requests import model_of
-from sloop_ppl.errors import InputError, UnknownName
+from sloop_ppl.errors import InputError
 from sloop_ppl.inference import Posterior
 from sloop_ppl.inference.influence import without_relation
 from sloop_ppl.language import Description, check_viewpoint, no_relation_found
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import cell_prior
+from sloop_ppl.web._model_parameters import listed_model, listed_name, with_bounded_parameters
 from sloop_ppl.web._state import Evidence, State
 
 __all__ = ["Believed", "Posteriors", "questions_payload", "replace_state"]
@@ -125,11 +125,9 @@ def _answered(posterior: Posterior, question: str, answer: str) -> Posterior:
 
 
 def _inferred(state: State, city: CityMap) -> Believed:
-    model = _listed("models", "model", state.model)
-    frames = _listed("frames", "frame predictor", state.frames)
-    prior = _listed("priors", "prior", state.prior)
-    if state.variant not in ("published", "paper"):
-        raise UnknownName("variant", state.variant, ("published", "paper"))
+    frames = listed_name("frames", "frame predictor", state.frames)
+    prior = listed_name("priors", "prior", state.prior)
+    model = listed_model(state.model, state.variant, frames)
     read = bridge.parse(state.text, city, viewpoint=check_viewpoint(state.viewpoint))
     kept = read
     for index in sorted(set(state.off), reverse=True):
@@ -140,22 +138,14 @@ def _inferred(state: State, city: CityMap) -> Believed:
     if not kept.relations:
         problem = "" if read.relations else str(no_relation_found(read, city))
         return Believed(read, None, problem or "Every phrase is switched off; switch one on")
-    assert model is not None
     posterior = bridge.infer(
         kept,
         city,
-        model=model_of(model, state.variant, frames),
+        model=with_bounded_parameters(model, state.parameters),
         prior=None if prior is None else cell_prior(prior),
-        area=state.area,
+        area=state.area if state.polygon is None else Polygon(state.polygon),
     )
     return Believed(read, posterior)
-
-
-def _listed(what: str, kind: str, name: str | None) -> str | None:
-    """Return a name that is listed; never a file, which a page must not choose."""
-    if name is not None and name not in names_of(what):
-        raise UnknownName(kind, name, names_of(what))
-    return name
 
 
 def _seen(posterior: Posterior, evidence: Evidence) -> Posterior:

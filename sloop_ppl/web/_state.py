@@ -8,12 +8,16 @@ from msgspec import Meta, Struct
 
 from sloop_ppl.web import _limits
 
-__all__ = ["Evidence", "SearchAsked", "State", "WhyAsked"]
+__all__ = ["Evidence", "Metres", "Name", "Place", "SearchAsked", "State", "WhyAsked"]
 
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6, description="metres")]
 Name = Annotated[str, Meta(max_length=200, description="a name")]
 Words = Annotated[str, Meta(max_length=_limits.MOST_TEXT, description="a text")]
 Place = tuple[Metres, Metres]
+Corners = Annotated[
+    tuple[Place, ...],
+    Meta(min_length=3, max_length=_limits.MOST_CORNERS, description="a list of 3 to 200 corners"),
+]
 
 
 class Evidence(Struct, frozen=True, forbid_unknown_fields=True):
@@ -58,6 +62,11 @@ class State(Struct, frozen=True, forbid_unknown_fields=True):
         West, south, east and north border of the area searched, metres.
     answers
         Questions that were asked, with the answer to each.
+    polygon
+        Corners of the area searched, where it is no rectangle; it counts instead of `area`.
+    parameters
+        Section -> name -> value: the numbers of the model that were changed; see
+        :func:`sloop_ppl.models.with_parameters`.
     """
 
     map: Name
@@ -73,6 +82,10 @@ class State(Struct, frozen=True, forbid_unknown_fields=True):
     answers: Annotated[
         tuple[tuple[Words, Words], ...], Meta(max_length=10, description="a list of pairs")
     ] = ()
+    polygon: Corners | None = None
+    parameters: dict[
+        Name, Annotated[dict[Name, bool | float], Meta(max_length=64, description="an object")]
+    ] = {}
 
 
 class WhyAsked(Struct, frozen=True, forbid_unknown_fields=True):

@@ -23,11 +23,14 @@ from sloop_ppl.inference import Posterior
 from sloop_ppl.web import _limits
 from sloop_ppl.web._bodies import body_of, record_of
 from sloop_ppl.web._collect_pages import GUEST_PATHS, collect_routes
+from sloop_ppl.web._episode_file import read_episode_file
 from sloop_ppl.web._examples import first_state
 from sloop_ppl.web._exports import export_posterior
+from sloop_ppl.web._file_worker import read_dropped_file
 from sloop_ppl.web._frame_pages import frame_routes
 from sloop_ppl.web._guard import Guard
-from sloop_ppl.web._maps import MapShelf
+from sloop_ppl.web._maps import MapShelf, shown_name
+from sloop_ppl.web._model_parameters import listed_model, parameters_payload
 from sloop_ppl.web._pages import page_routes
 from sloop_ppl.web._payloads import belief_payload, frames_payload, reading_payload, why_payload
 from sloop_ppl.web._posteriors import Believed, Posteriors, questions_payload
@@ -150,6 +153,8 @@ class _Workbench:
             Route("/api/start", self.start, methods=["GET"]),
             Route("/api/map/{key}", self.map, methods=["GET"]),
             Route("/api/maps", self.take_map, methods=["POST"]),
+            Route("/api/episode", self.take_episode, methods=["POST"]),
+            Route("/api/parameters/{model}", self.parameters, methods=["GET"]),
             Route("/api/belief", self.belief, methods=["POST"]),
             Route("/api/frames-of", self.frames, methods=["POST"]),
             Route("/api/why", self.why, methods=["POST"]),
@@ -184,6 +189,34 @@ class _Workbench:
         name = request.query_params.get("name", "")
         key, note = await _in_thread(lambda: self._shelf.take_in(content, name))
         return JSONResponse({"key": key, "note": note, "maps": self._shelf.names()})
+
+    async def take_episode(self, request: Request) -> Response:
+        """Take in an episode, and return it as the page plays it."""
+        content = await body_of(request, _limits.MOST_EPISODE_BYTES)
+        name = shown_name(request.query_params.get("name", ""), "dropped episode")
+        text = await _in_thread(lambda: _json(self._played(content, name)))
+        return Response(text, media_type="application/json")
+
+    def _played(self, content: bytes, name: str) -> dict[str, Any]:
+        read = read_dropped_file(read_episode_file, content, name, "Episode")
+        key = self._shelf.key_of_episode(read["map"], read.pop("map_digest"))
+        shape = read.pop("shape")
+        if shape and tuple(shape) != self._shelf.get(key).grid.shape:
+            raise Refusal(
+                422,
+                f"Episode '{name}' is of {shape[0]} x {shape[1]} cells, map '{read['map']}' is "
+                "not; open the map it was searched on first",
+            )
+        known = read["model"] in names_of("models")
+        return {**read, "map": key, "model": read["model"] if known else "bayes"}
+
+    async def parameters(self, request: Request) -> Response:
+        """Return the numbers of a model that a page may change."""
+        name, variant = request.path_params["model"], request.query_params.get("variant", "")
+        found = await _in_thread(
+            lambda: parameters_payload(listed_model(name, variant or "published"))
+        )
+        return JSONResponse({"parameters": found})
 
     async def belief(self, request: Request) -> Response:
         """Return what was read and what is believed."""

@@ -27,8 +27,9 @@ def widget(shown: Posterior | Episode) -> Any:
     -------
     anywidget.AnyWidget
         Its traits ``picked`` (``{"at": [x, y], "target": ID, "is_there": bool}``, metres), ``area``
-        (west, south, east, north) and ``answer`` (``{"question", "answer"}``) change when someone
-        draws evidence or an area, or answers a question; ``observe`` them.
+        (west, south, east, north, or the corners of a polygon) and ``answer`` (``{"question",
+        "answer"}``) change when someone draws evidence or an area, or answers a question;
+        ``observe`` them.
 
     Raises
     ------

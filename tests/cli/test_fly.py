@@ -9,6 +9,7 @@ from importlib.util import find_spec
 import pytest
 
 from sloop_ppl.cli import main
+from sloop_ppl.web._episode_file import read_episode_file
 
 TEXT = "the green toyota is on West 6th Street"
 FLY = ["fly", TEXT, "--map", "cleveland", "--place", "GreenToyota=-2.5,-17.5", "--start",
@@ -50,6 +51,11 @@ def test_a_flown_search_has_the_keys_of_a_search_and_its_own(tmp_path, capsys):
     assert len(flown["detections"]) == flown["steps"]
     assert any(flown["detections"])
     assert flown["time_s"] > flown["steps"]
+    assert flown["text"] == TEXT
+    (tmp_path / "fly.json").write_text(out)
+    played = read_episode_file(tmp_path / "fly.json", "fly")  # as the workbench opens it
+    assert len(played["search"]["steps"]) == flown["steps"]
+    assert any(step["seen"] for step in played["search"]["steps"])
     assert err.count("facing") == flown["steps"]
     assert (tmp_path / "city.xml").exists()
     again, _ = run(capsys, *FLY, "--json")

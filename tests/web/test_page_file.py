@@ -196,3 +196,9 @@ def test_the_widget_sends_back_what_is_drawn(open_file, tmp_path):
     _, area = json.loads(page.title())
     assert area[0] < area[2]
     assert area[1] < area[3]
+    page.get_by_role("button", name="Polygon").click()
+    for dx, dy in ((20, 20), (120, 30), (70, 120), (20, 20)):
+        page.mouse.click(box["x"] + dx, box["y"] + dy)
+    _, corners = json.loads(page.title())
+    assert len(corners) == 3
+    assert all(len(corner) == 2 for corner in corners)

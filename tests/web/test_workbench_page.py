@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 import math
 import re
 
 import numpy as np
 import pytest
-from PIL import Image
+from support.workbench import (
+    address,
+    click_at,
+    colours_of,
+    drawn_belief,
+    on_screen,
+    settle,
+    state_of,
+    type_text,
+)
 
 import sloop_ppl as sloop
-from sloop_ppl.plots._palette import belief_colours
 
 pytestmark = pytest.mark.xdist_group("chromium")
 
@@ -22,65 +28,11 @@ CLEVELAND = sloop.load_map("cleveland")
 GRID = CLEVELAND.grid
 
 
-def state_of(page):
-    """Return the state in the address."""
-    from urllib.parse import unquote
-
-    return json.loads(unquote(page.url.partition("#")[2]))
-
-
-def address(**state):
-    from urllib.parse import quote
-
-    return f"/#{quote(json.dumps(state))}"
-
-
-def on_screen(page, x_m, y_m, frame="#map-a"):
-    """Return where a place is on the screen."""
-    return page.evaluate(
-        """([frame, x, y]) => {
-            const root = document.querySelector(`${frame} svg.map`);
-            const at = new DOMPoint(x, -y).matrixTransform(root.getScreenCTM());
-            return [at.x, at.y];
-        }""",
-        [frame, x_m, y_m],
-    )
-
-
-def click_at(page, x_m, y_m):
-    page.mouse.click(*on_screen(page, x_m, y_m))
-
-
-def drawn_belief(page, frame="#map-a"):
-    """Return the picture of the belief, RGBA, row 0 in the south."""
-    href = page.locator(f"{frame} .belief image").get_attribute("href")
-    picture = Image.open(io.BytesIO(base64.b64decode(href.partition(",")[2])))
-    return np.asarray(picture.convert("RGBA"))[::-1]
-
-
-def colours_of(belief):
-    """Return the colours that a belief is drawn in, RGBA of 0 to 255, row 0 in the south."""
-    shares = (belief / belief.max()).astype(np.float16).astype(float)
-    table = (255 * np.asarray(belief_colours()(np.linspace(0, 1, 256)))).round()
-    return table[np.floor(shares * 255 + 0.5).astype(int)]
-
-
-def settle(page):
-    """Wait until what was asked for last has been answered."""
-    page.locator("#maps[aria-busy=false]").wait_for(state="attached")
-
-
-def type_text(page, text):
-    page.fill("#text", text)
-    settle(page)
-
-
 def search(page):
     """Search to the end and return the number of steps, the player paused."""
     page.click("#search")
     page.locator("#player[data-ended]").wait_for()
-    if page.locator(".play").inner_text() == "Pause":
-        page.locator(".play").click()
+    page.get_by_label("Step of the search").fill("0")  # which pauses, played to the end or not
     return int(page.locator("#player").get_attribute("data-ended"))
 
 
@@ -406,7 +358,7 @@ def test_a_search_is_stopped(open_page):
     page.click("#stop")
     import multiprocessing
 
-    for _ in range(100):
+    for _ in range(600):
         if not multiprocessing.active_children():
             break
         page.wait_for_timeout(100)

@@ -240,7 +240,7 @@ def test_a_search_ends_when_the_page_leaves(server):
     connection = begin_search(server)
     assert running_searches(server) == 1
     connection.close()
-    for _ in range(100):
+    for _ in range(600):
         if not running_searches(server):
             break
         time.sleep(0.1)

@@ -48,10 +48,10 @@ export function problem(text) {
   by("problem").hidden = !text;
 }
 
-/** Run something; what goes wrong is shown in one line. */
-export async function trying(work) {
+/** Run something; what goes wrong is shown in one line, in place of what went wrong before. */
+export async function trying(work, { keep = false } = {}) {
   try {
-    problem("");
+    if (!keep) problem("");
     return await work();
   } catch (error) {
     if (error.name !== "AbortError") problem(error instanceof Refused ? error.message : `This did not work: ${error.message}`);

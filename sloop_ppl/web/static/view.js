@@ -50,10 +50,20 @@ export const percent = (p) => {
 
 let serial = 0;
 
-/** The map. `on` holds callbacks: cell(cell), pick(x, y, event), area([w, s, e, n]), drag(from, to). */
+/** The corners of an area: of its four borders, or as it has them. */
+const cornersOf = (area) => {
+  if (Array.isArray(area[0])) return area;
+  const [w, s, e, n] = area;
+  return [[w, s], [e, s], [e, n], [w, n]];
+};
+
+const NEAR_PX = 9; // so near to a corner a click is on it
+
+/** The map. `on` holds callbacks: cell(cell), pick([x, y], event), area(borders or corners), drag(from, to),
+    corner(number of corners so far). */
 export class CityView {
   constructor(element, scene, colours, on = {}) {
-    Object.assign(this, { element, scene, colours, on, tool: "look", cursor: null, values: null });
+    Object.assign(this, { element, scene, colours, on, tool: "look", cursor: null, values: null, corners: [] });
     const [west, south, east, north] = scene.cells_extent_m;
     [this.rows, this.columns] = scene.shape;
     this.whole = [west, -north, east - west, north - south];
@@ -68,7 +78,7 @@ export class CityView {
     this.root.append(svg("clipPath", { id: clip }, svg("rect", this.rect(this.whole))));
     const all = svg("g", { "clip-path": `url(#${clip})` });
     all.append(svg("rect", { ...this.rect(this.whole), class: "ground" }));
-    for (const name of ["land", "mentioned", "belief", "area", "contours", "view", "names", "frames",
+    for (const name of ["land", "mentioned", "belief", "area", "draft", "contours", "view", "names", "frames",
       "evidence", "path", "marks", "cursor"]) {
       all.append((this.layers[name] = svg("g", { class: name })));
     }
@@ -120,7 +130,8 @@ export class CityView {
   rescale() {
     const { width, height } = this.root.getBoundingClientRect();
     if (!width || !height) return;
-    const metres = Math.max(this.box[2] / width, this.box[3] / height);
+    const root = parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
+    const metres = root * Math.max(this.box[2] / width, this.box[3] / height); // of a pixel at 16 px a letter
     this.root.style.setProperty("--px", metres);
     if (metres === this.metresPerPixel && this.namesAt === this.box.join()) return;
     this.metresPerPixel = metres;
@@ -269,12 +280,47 @@ export class CityView {
 
   setArea(area) {
     if (!area) return this.layers.area.replaceChildren();
-    const [w, s, e, n] = area, [x, y, width, height] = this.whole;
-    const outside = `M${x} ${y}h${width}v${height}h${-width}z`;
+    const [x, y, width, height] = this.whole;
+    const outside = `M${x} ${y}h${width}v${height}h${-width}z`, border = `${this.line(cornersOf(area))}z`;
     this.layers.area.replaceChildren(
-      svg("path", { class: "outside", "fill-rule": "evenodd", d: `${outside}M${w} ${-n}H${e}V${-s}H${w}z` }),
-      svg("rect", { class: "inside", x: w, y: -n, width: e - w, height: n - s }),
+      svg("path", { class: "outside", "fill-rule": "evenodd", d: outside + border }),
+      svg("path", { class: "inside", d: border }),
     );
+  }
+
+  line(points) { return points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join(""); }
+
+  // A polygon while it is drawn
+
+  /** Set one more corner; at the first or the last one the polygon is closed. */
+  addCorner(at, reach = NEAR_PX * (this.metresPerPixel ?? 0.3)) {
+    const [x, y] = at.map((v) => Math.round(v * 10) / 10);
+    const isAt = (corner) => corner && Math.hypot(corner[0] - x, corner[1] - y) < reach;
+    if (isAt(this.corners[0]) || isAt(this.corners.at(-1))) {
+      if (this.corners.length < 3) return this.on.corner?.(this.corners.length);
+      const area = this.corners;
+      this.dropCorners(area.length);
+      this.on.area?.(area);
+    } else {
+      this.corners = [...this.corners, [x, y]];
+      this.drawDraft();
+      this.on.corner?.(this.corners.length);
+    }
+  }
+
+  /** Take back the last corners. */
+  dropCorners(count) {
+    this.corners = this.corners.slice(0, Math.max(this.corners.length - count, 0));
+    this.drawDraft();
+  }
+
+  /** The corners so far, with a line to the pointer. */
+  drawDraft(towards = null) {
+    const corners = this.corners, points = towards && corners.length ? [...corners, towards] : corners;
+    this.layers.draft.replaceChildren(
+      svg("path", { d: points.length > 2 ? `${this.line(points)}z` : "", class: "fill" }),
+      svg("path", { d: this.line(points), class: "halo" }), svg("path", { d: this.line(points) }),
+      ...corners.map(([x, y], i) => svg("circle", { cx: x, cy: -y, class: i ? "" : "first" })));
   }
 
   setEvidence(list) {
@@ -308,14 +354,13 @@ export class CityView {
       this.layers.view.replaceChildren();
       return;
     }
-    const line = (points) => points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("");
     const [x, y, heading] = poses.at(-1);
     const drone = svg("g", { class: "drone", transform: `translate(${x} ${-y}) rotate(${(-heading * 180) / Math.PI})` });
     drone.append(svg("path", { d: "M11 0L-8 -8L-4 0L-8 8Z" }));
     this.layers.path.replaceChildren(
-      svg("path", { class: "plan", d: line([[x, y], ...plan]) }),
-      svg("path", { class: "flown halo", d: line(poses) }),
-      svg("path", { class: "flown", d: line(poses) }),
+      svg("path", { class: "plan", d: this.line([[x, y], ...plan]) }),
+      svg("path", { class: "flown halo", d: this.line(poses) }),
+      svg("path", { class: "flown", d: this.line(poses) }),
       ...Object.values(seen).map(([sx, sy]) => svg("circle", { class: "seen", cx: sx, cy: -sy })),
       drone,
     );
@@ -355,6 +400,7 @@ export class CityView {
     this.root.addEventListener("pointermove", (event) => {
       const at = this.toMetres(event);
       this.on.hover?.(this.cellOf(...at));
+      if (this.corners.length) this.drawDraft(this.inside(at));
       if (!from) return;
       moved ||= Math.hypot(event.clientX - screen[0], event.clientY - screen[1]) > 4;
       if (!moved) return;
@@ -370,11 +416,14 @@ export class CityView {
       else if (moved && this.tool === "arrow") this.on.drag?.(this.inside(start), this.inside(at), true);
       else if (!moved && this.cellOf(...at) != null) {
         this.setCursor(this.cellOf(...at));
-        this.on.pick?.(this.inside(at), event);
+        this.use(this.inside(at), event);
       }
     });
     this.root.addEventListener("pointercancel", () => { from = null; });
-    this.root.addEventListener("pointerleave", () => this.on.hover?.(null));
+    this.root.addEventListener("pointerleave", () => {
+      this.on.hover?.(null);
+      if (this.corners.length) this.drawDraft();
+    });
     this.root.addEventListener("wheel", (event) => {
       if (!event.ctrlKey && !event.metaKey && document.activeElement !== this.root) return; // the page scrolls
       event.preventDefault();
@@ -382,6 +431,11 @@ export class CityView {
       this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2, [x, -y]);
     }, { passive: false });
     this.root.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  use(at, event) {
+    if (this.tool === "polygon") this.addCorner(at, event.type === "keydown" ? this.scene.cell_m / 2 : undefined);
+    else this.on.pick?.(at, event);
   }
 
   areaBetween(a, b) {
@@ -402,7 +456,11 @@ export class CityView {
       this.reveal(this.centreOf(this.cursor));
       this.on.cell?.(this.cursor);
     } else if (event.key === "Enter" || event.key === " ") {
-      if (this.cursor != null) this.on.pick?.(this.centreOf(this.cursor), event);
+      if (this.cursor != null) this.use(this.centreOf(this.cursor), event);
+    } else if (this.corners.length && event.key === "Backspace") {
+      this.dropCorners(1);
+    } else if (this.corners.length && event.key === "Escape") {
+      this.dropCorners(this.corners.length);
     } else if (event.key === "+" || event.key === "=") this.zoom(1 / 1.4);
     else if (event.key === "-") this.zoom(1.4);
     else if (event.key === "0") this.zoomTo(this.whole);
@@ -474,6 +532,7 @@ export class Player {
     this.line.textContent = this.words(step) + (last ? ` ${this.ended.found ? "Found." : "Not found."}` : "");
     this.slider.setAttribute("aria-valuetext", this.line.textContent);
     const best = Math.max(...Object.values(step.values));
+    this.values.setAttribute("aria-label", "Expected value of each move");
     this.values.replaceChildren(...Object.entries(step.values).map(([name, value]) =>
       html("li", { class: value === best ? "best" : "" }, html("span", {}, name), ` ${value.toFixed(0)}`)));
     if (!this.playing || last) this.announce(this.line.textContent);
@@ -484,7 +543,7 @@ export class Player {
     if (!this.at) return "Before the first step.";
     const action = { forward: "flies on", left: "turns left", right: "turns right" }[step.action] ?? (step.reward > 0 ? "looks closer and is right" : "looks closer and is wrong");
     const seen = Object.keys(step.seen);
-    return `Step ${this.at}: the drone ${action}${seen.length ? `, sees ${seen.join(", ")}` : ""}.${step.found.length ? ` Found so far: ${step.found.join(", ")}.` : ""}`;
+    return `Step ${this.at}: the drone ${action}${step.collision ? `, hits ${step.collision}` : ""}${seen.length ? `, sees ${seen.join(", ")}` : ""}.${step.found.length ? ` Found so far: ${step.found.join(", ")}.` : ""}`;
   }
 
   toggle() { this.playing ? this.pause() : this.play(); }
@@ -532,14 +591,18 @@ export function show(element, data, on = {}) {
       if (view.tool !== "look") on.pick?.(at, target?.id, view.tool === "there");
       if (view.tool !== "look") view.setEvidence((drawn = [...drawn, { at, radius_m: 2 * data.scene.cell_m, is_there: view.tool === "there" }]));
     },
-    area: (area) => on.area?.(area),
+    area: (area) => {
+      view.setArea(area);
+      on.area?.(area);
+    },
   });
   let drawn = [];
   if (on.pick) {
-    const tools = { look: "Look", absent: "Not here", there: "Seen here", area: "Area" };
+    const tools = { look: "Look", absent: "Not here", there: "Seen here", area: "Area", polygon: "Polygon" };
     const row = html("div", { class: "targets", role: "group", "aria-label": "Tool" }, ...Object.entries(tools).map(([key, text]) =>
       html("button", { type: "button", "aria-pressed": key === "look", onclick: (event) => {
         view.tool = frame.dataset.tool = key;
+        view.dropCorners(view.corners.length);
         for (const button of row.children) button.setAttribute("aria-pressed", button === event.target);
       } }, text)));
     frame.before(row);

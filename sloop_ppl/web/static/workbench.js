@@ -1,20 +1,27 @@
 // The workbench: a sentence, the belief that follows from it, and the search.
 import { CityView, Player, html, numbers, percent } from "./view.js";
-import { announce, ask, by, download, events, get, options, post, problem, theme, trying } from "./page.js";
+import { Refused, announce, ask, by, download, events, get, options, post, problem, theme, trying } from "./page.js";
 
-const BELIEF = ["map", "text", "model", "variant", "frames", "prior", "viewpoint", "off", "evidence", "area", "answers"];
+const BELIEF = ["map", "text", "model", "variant", "frames", "prior", "viewpoint", "off", "evidence", "area", "answers", "polygon", "parameters"];
 const BLANK = {
   map: "", text: "", model: "bayes", variant: "published", frames: null, prior: null, viewpoint: "map",
-  off: [], evidence: [], area: null, answers: [], compare: "", places: {}, start: null, planner: "fast",
+  off: [], evidence: [], area: null, polygon: null, answers: [], parameters: {}, compare: "", places: {}, start: null, planner: "fast",
   seed: 0, range: 3, steps: 200, sayings: {}, target: "", layer: "belief",
 };
 const TOOLS = {
-  look: "Look", absent: "Not here", there: "Seen here", area: "Area", place: "True place", start: "Start",
+  look: "Look", absent: "Not here", there: "Seen here", area: "Area", polygon: "Polygon", place: "True place", start: "Start",
 };
+const TOOL_TITLES = {
+  look: "What the belief is there", absent: "Someone looked there: it is not there", there: "Someone saw it there",
+  area: "Search only within a rectangle: drag it", polygon: "Search only within a polygon: click its corners, the first one again to end",
+  place: "Where it truly is, which the drone does not know", start: "Where the drone begins",
+};
+const MOST_EPISODE_BYTES = 24 * 2 ** 20;
 const LAYERS = { belief: "Belief", prior: "Before", change: "Change" };
-const KEYS = { n: "absent", s: "there", p: "place", b: "start", a: "area" };
+const KEYS = { n: "absent", s: "there", p: "place", b: "start", a: "area", o: "polygon" };
 
 let start, state, scene, view, other, player, shown, compared, frames = {}, corner = null, episode = null;
+let drawnParameters = "";
 let undone = [], busy = new AbortController(), searching = null;
 
 const asked = (extra = {}) => ({ ...Object.fromEntries(BELIEF.map((key) => [key, state[key]])), ...extra });
@@ -68,7 +75,7 @@ async function update() {
     const found = await ask("/api/belief", asked(), mine.signal);
     show(found);
     compared = null;
-    if (state.compare && found.belief) compared = await ask("/api/belief", asked({ model: state.compare }), mine.signal);
+    if (state.compare && found.belief) compared = await ask("/api/belief", asked({ model: state.compare, parameters: {} }), mine.signal);
     showMaps();
     await later(mine.signal);
   });
@@ -167,7 +174,7 @@ function showMaps() {
   by("map-b").hidden = !two;
   by("maps").classList.toggle("two", Boolean(two));
   if (!view) return;
-  view.setArea(state.area);
+  view.setArea(state.polygon ?? state.area);
   view.setEvidence(state.evidence.filter((e) => e.target === state.target));
   view.setMarks(state.places, state.start);
   if (!one) {
@@ -177,10 +184,11 @@ function showMaps() {
     return;
   }
   where(one);
+  const changed = Object.keys(state.parameters).length ? `${shown.belief.model}, changed` : shown.belief.model;
   const difference = two && state.layer === "change";
   const values = difference ? numbers(one.belief).map((p, i) => p - numbersOf(two)[i]) : tableOf(one, state.layer);
   draw(view, one, values, state.layer === "change");
-  by("caption-a").textContent = difference ? `${shown.belief.model} minus ${compared.belief.model}` : two ? shown.belief.model : "";
+  by("caption-a").textContent = difference ? `${changed} minus ${compared.belief.model}` : two ? changed : "";
   if (two) {
     other ??= new CityView(by("map-b"), scene, start.colours, { hover: readout });
     other.root.setAttribute("aria-label", `Map of ${scene.name}, model ${compared.belief.model}`);
@@ -261,6 +269,7 @@ function use(tool, at) {
     if (target()) change({ evidence: [...state.evidence, { target: state.target, at: [x, y], radius_m: 2 * scene.cell_m, is_there: tool === "there" }] });
   } else if (tool === "place") change({ places: { ...state.places, [state.target || "GreenToyota"]: [x, y] } });
   else if (tool === "start") change({ start: [x, y] });
+  else if (tool === "polygon") view.addCorner([x, y], scene.cell_m / 2);
   else if (tool === "area") {
     if (!corner) {
       corner = [x, y];
@@ -268,9 +277,16 @@ function use(tool, at) {
     } else {
       const area = view.areaBetween(corner, [x, y]);
       corner = null;
-      if (area[2] - area[0] > 0 && area[3] - area[1] > 0) change({ area });
+      if (area[2] - area[0] > 0 && area[3] - area[1] > 0) change({ area, polygon: null });
     }
   }
+}
+
+/** How the drawing of a polygon goes on. */
+function cornerSet(count) {
+  announce(count < 3
+    ? `${count} corner${count > 1 ? "s are" : " is"} set; set ${3 - count} more at least. Escape gives up, Backspace takes the last one back.`
+    : `${count} corners are set; use the first or the last one again to end.`);
 }
 
 function say(cell) {
@@ -289,7 +305,7 @@ function showEvidence() {
   const place = ([x, y]) => `${Math.abs(Math.round(x))} m ${x < 0 ? "west" : "east"}, ${Math.abs(Math.round(y))} m ${y < 0 ? "south" : "north"} of the middle`;
   const items = [
     ...state.evidence.map((e, i) => drop(`${e.target} ${e.is_there ? "seen" : "is not"} at ${place(e.at)}`, { evidence: state.evidence.filter((_, j) => j !== i) })),
-    ...(state.area ? [drop("Search area", { area: null })] : []),
+    ...(state.area || state.polygon ? [drop("Search area", { area: null, polygon: null })] : []),
     ...Object.entries(state.places).map(([name, at]) => drop(`${name} truly is ${place(at)}`, { places: Object.fromEntries(Object.entries(state.places).filter(([n]) => n !== name)) })),
     ...(state.start ? [drop(`The drone begins ${place(state.start)}`, { start: null })] : []),
   ];
@@ -297,9 +313,79 @@ function showEvidence() {
   by("evidence-count").textContent = items.length ? `(${items.length})` : "";
 }
 
-function radio(group, value, text, chosen, choose, style = "") {
+function radio(group, value, text, chosen, choose, style = "", title = null) {
   const input = html("input", { type: "radio", name: group, value, checked: value === chosen, onchange: () => choose(value) });
-  return html("label", { class: style }, input, html("span", {}, text));
+  return html("label", { class: style, title }, input, html("span", {}, text));
+}
+
+// Parameters of the model
+
+/** Sliders for the numbers of the model, made anew only for another model. */
+async function showParameters() {
+  if (!by("model-box").open) return;
+  const key = `${encodeURIComponent(state.model)}?variant=${encodeURIComponent(state.variant)}`;
+  if (drawnParameters !== key) {
+    drawnParameters = key;
+    const found = (await get(`/api/parameters/${key}`)).parameters;
+    if (drawnParameters !== key) return; // another model was chosen meanwhile
+    const titles = { weights: "Components", likelihood: "Relations", frames: "Fronts", model: "Whole model" };
+    const sections = Object.keys(titles).map((section) => [section, found.filter((one) => one.section === section)]);
+    by("parameters").replaceChildren(...sections.filter(([, list]) => list.length).map(([section, list]) =>
+      html("fieldset", { class: "parameters" }, html("legend", {}, titles[section]), ...list.map(parameterRow))));
+  }
+  for (const row of document.querySelectorAll("#parameters [data-name]")) {
+    row.show(state.parameters[row.dataset.section]?.[row.dataset.name]);
+  }
+  by("reset").disabled = !Object.keys(state.parameters).length;
+}
+
+const inWords = ({ name, unit }) => `${name.replace(/_m$/, "").replaceAll("_", " ")}${unit === "m" ? ", m" : ""}`;
+const brief = (value) => Number(value.toPrecision(3));
+
+function parameterRow(one) {
+  const attributes = { class: "parameter", "data-section": one.section, "data-name": one.name, title: one.meaning };
+  let row;
+  if (one.high == null) {
+    const box = html("input", { type: "checkbox", onchange: () => setParameter(one, box.checked) });
+    row = html("label", attributes, html("span", {}, inWords(one)), box);
+    row.show = (value) => { box.checked = value ?? one.value; };
+  } else {
+    const range = { min: one.low, max: one.high, step: "any" };
+    const slider = html("input", { type: "range", ...range, "aria-label": `${inWords(one)}: ${one.meaning}`,
+      oninput: () => { number.value = brief(Number(slider.value)); setParameter(one, inRange(one, Number(number.value)), true); },
+      onchange: () => { sliding = false; } });
+    const number = html("input", { type: "number", ...range, "aria-label": inWords(one),
+      onchange: () => { if (number.reportValidity()) setParameter(one, Number(number.value)); } });
+    row = html("div", attributes, html("span", {}, inWords(one)), slider, number);
+    row.show = (value) => {
+      slider.value = value ?? one.value;
+      if (document.activeElement !== number) number.value = brief(value ?? one.value);
+    };
+  }
+  const show = row.show;
+  row.show = (value) => {
+    show(value);
+    row.classList.toggle("changed", value !== undefined);
+  };
+  return row;
+}
+
+const inRange = (one, value) => Math.min(Math.max(value, one.low), one.high);
+let sliding = false, slid = null;
+
+/** A drag of a slider is one step that can be undone. */
+function setParameter({ section, name, value: own }, value, isSliding = false) {
+  const { [name]: _, ...others } = state.parameters[section] ?? {};
+  const { [section]: __, ...sections } = state.parameters;
+  const numbers = value === own ? others : { ...others, [name]: value };
+  const parameters = Object.keys(numbers).length ? { ...sections, [section]: numbers } : sections;
+  if (!isSliding) return change({ parameters });
+  if (!sliding) undone.push(JSON.stringify(state));
+  sliding = true;
+  state = { ...state, parameters };
+  working(true);
+  clearTimeout(slid);
+  slid = setTimeout(update, 25);
 }
 
 function controls() {
@@ -309,6 +395,7 @@ function controls() {
   by("map").value = state.map;
   document.querySelectorAll("input[name=layer]").forEach((one) => { one.checked = one.value === state.layer; });
   showEvidence();
+  trying(showParameters, { keep: true });
 }
 
 // Search
@@ -323,6 +410,7 @@ function endSearch() {
   delete by("player").dataset.ended;
   by("stop").hidden = true;
   by("search-state").textContent = "";
+  by("search-state").classList.remove("found");
   by("episode").disabled = true;
   view?.setDrone([], null, []);
 }
@@ -331,7 +419,31 @@ function endSearch() {
 function searched(at) {
   view.setFrames([]);
   const last = player?.ended && at === player.steps.length - 1;
+  by("search-state").classList.toggle("found", Boolean(last && player.ended.found));
   by("search-state").textContent = !last ? `Step ${at}` : player.ended.found ? `Found after ${at} steps` : `Not found in ${at} steps`;
+}
+
+/** The belief of each target, as a player shows it before the first step. */
+const believed = () => Object.fromEntries((shown.belief?.targets ?? []).map((one) => [one.id, { ...one.belief, hpd90: one.hpd90 }]));
+
+function openPlayer(places, pose, beliefs) {
+  by("player").hidden = false;
+  player = new Player(by("player"), view, { announce, shown: searched });
+  player.begin(places, pose, beliefs, state.target);
+  view.setArea(state.polygon ?? state.area);
+  if (by("map-a").getBoundingClientRect().bottom > innerHeight) by("maps").scrollIntoView({ block: "start" });
+}
+
+/** Play an episode that was kept in a file; nothing more can be said in it. */
+function playFile(kept) {
+  endSearch();
+  openPlayer(kept.places, kept.pose, kept.beliefs ?? believed());
+  kept.steps.forEach((step) => player.add(step));
+  player.end(kept);
+  episode = kept;
+  by("episode").disabled = false;
+  by("player").dataset.ended = kept.steps.length;
+  player.play();
 }
 
 async function search(sayings = {}, from = 0) {
@@ -343,7 +455,7 @@ async function search(sayings = {}, from = 0) {
   remember();
   by("stop").hidden = false;
   by("search-state").textContent = "The drone is thinking …";
-  const before = Object.fromEntries(shown.belief.targets.map((one) => [one.id, { ...one.belief, hpd90: one.hpd90 }]));
+  const before = believed();
   const known = Object.fromEntries(Object.entries(places).filter(([name]) => name in before));
   await trying(async () => {
     const response = await post("/api/search", {
@@ -354,12 +466,9 @@ async function search(sayings = {}, from = 0) {
     for await (const event of events(response)) {
       if (event.kind === "error") throw new Error(event.error);
       if (event.kind === "start") {
-        by("player").hidden = by("say-box").hidden = false;
-        player = new Player(by("player"), view, { announce, shown: searched });
-        player.begin(event.places, event.pose, before, state.target);
-        view.setArea(state.area);
+        openPlayer(event.places, event.pose, before);
+        by("say-box").hidden = false;
         if (!from) player.play();
-        if (by("map-a").getBoundingClientRect().bottom > innerHeight) by("maps").scrollIntoView({ block: "start" });
         episode = { places: event.places, pose: event.pose, steps };
       } else if (event.kind === "step") {
         steps.push(event);
@@ -386,12 +495,14 @@ async function showMap() {
   other = null;
   view = new CityView(by("map-a"), scene, start.colours, {
     pick: (at) => use(view.tool, at),
-    area: (area) => change({ area }),
+    area: (area) => change(Array.isArray(area[0]) ? { area: null, polygon: area } : { area, polygon: null }),
+    corner: cornerSet,
     hover: readout,
     cell: say,
     key: (event) => {
       const tool = KEYS[event.key.toLowerCase()];
       if (!tool || view.cursor == null) return false;
+      if (tool !== "polygon") view.dropCorners(view.corners.length);
       use(tool, view.centreOf(view.cursor));
       return true;
     },
@@ -403,28 +514,71 @@ async function showMap() {
 
 function chooseTool(tool) {
   view.tool = tool;
+  view.dropCorners(view.corners.length);
   corner = null;
   by("map-a").dataset.tool = tool;
 }
 
 async function takeFile(file) {
   if (!file) return;
-  by("map-note").hidden = false;
-  by("map-note").textContent = `Reading ${file.name} …`;
-  await trying(async () => {
-    const name = file.name.replace(/\.[a-z.0-9]+$/i, "");
-    const response = await fetch(`/api/maps?name=${encodeURIComponent(name)}`, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
-    const found = await response.json();
-    if (!response.ok) throw Object.assign(new Error(found.error), { name: "Refused" });
-    options(by("map"), found.maps.map((m) => [m.key, m.name]), found.key);
-    by("map-note").textContent = found.note || `${name} is open. It stays on this machine.`;
-    undone.push(JSON.stringify(state));
-    state = { ...BLANK, map: found.key };
-    await showMap();
-    by("text").value = "";
-    by("text").focus();
-    await update();
+  by("file").value = ""; // so that the same file can be opened once more
+  noted(`Reading ${file.name} …`);
+  const opened = await trying(async () => {
+    const played = await episodeIn(file);
+    await (played ? openEpisode(played) : openMap(file));
+    return true;
   });
+  if (!opened) noted("");
+}
+
+function noted(text) {
+  by("map-note").textContent = text;
+  by("map-note").hidden = !text;
+}
+
+/** Send a file to the server, which reads it. */
+async function read(path, file) {
+  const name = file.name.replace(/\.[a-z.0-9]+$/i, "");
+  const response = await fetch(`${path}?name=${encodeURIComponent(name)}`, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
+  const found = await response.json();
+  if (!response.ok) throw new Refused(response.status, found.error);
+  return { ...found, file: name };
+}
+
+async function openMap(file) {
+  const found = await read("/api/maps", file);
+  options(by("map"), found.maps.map((m) => [m.key, m.name]), found.key);
+  await startWith({ map: found.key });
+  noted(found.note || `${found.file} is open. It stays on this machine.`);
+  by("text").focus();
+}
+
+/** Whether a file is an episode, by what is in it: maps are JSON too. */
+async function episodeIn(file) {
+  if (!/\.json$/i.test(file.name) || file.size > MOST_EPISODE_BYTES) return null;
+  try {
+    const content = JSON.parse(await file.text());
+    return Array.isArray(content.poses) || content.format === "sloop_ppl episode" ? file : null;
+  } catch { return null; }
+}
+
+async function openEpisode(file) {
+  const found = await read("/api/episode", file);
+  const { places, pose } = found.search;
+  const text = found.text || (found.map === state.map ? state.text : "");
+  await startWith({ map: found.map, model: found.model, text, places, start: pose.slice(0, 2), target: Object.keys(places)[0] ?? "" });
+  noted(`${found.file} is open. ${found.note}`);
+  playFile(found.search);
+}
+
+/** Show another map or sentence as one step that can be undone. */
+async function startWith(given) {
+  undone.push(JSON.stringify(state));
+  const moved = state.map !== given.map;
+  state = { ...BLANK, ...given };
+  by("text").value = state.text;
+  if (moved) await showMap();
+  await update();
 }
 
 // Files
@@ -460,8 +614,8 @@ async function begin() {
   options(by("frames"), [["", "the model's own"], ...start.frames.map((m) => [m, m])]);
   options(by("prior"), [["", "anywhere alike"], ...start.priors.map((m) => [m, m])]);
   options(by("planner"), start.planners.map((m) => [m, m]));
-  options(by("example"), [["", "…"], ...first.examples.map((e, i) => [String(i), `${e.map}: ${e.text}`])]);
-  by("tools").replaceChildren(...Object.entries(TOOLS).map(([key, text]) => radio("tool", key, text, "look", chooseTool)));
+  options(by("example"), [["", "choose one"], ...first.examples.map((e, i) => [String(i), `${e.map}: ${e.text}`])]);
+  by("tools").replaceChildren(...Object.entries(TOOLS).map(([key, text]) => radio("tool", key, text, "look", chooseTool, "", TOOL_TITLES[key])));
   by("layers").replaceChildren(...Object.entries(LAYERS).map(([key, text]) => radio("layer", key, text, state.layer, (layer) => {
     state.layer = layer;
     remember();
@@ -487,31 +641,25 @@ function wire() {
     typing = setTimeout(update, 25);
   });
   by("text").addEventListener("scroll", () => { by("marks").scrollTop = by("text").scrollTop; });
-  for (const name of ["model", "compare", "variant", "viewpoint"]) by(name).addEventListener("change", () => change({ [name]: by(name).value }));
+  for (const name of ["compare", "viewpoint"]) by(name).addEventListener("change", () => change({ [name]: by(name).value }));
+  // Another model has other numbers.
+  for (const name of ["model", "variant"]) by(name).addEventListener("change", () => change({ [name]: by(name).value, parameters: {} }));
+  by("reset").addEventListener("click", () => change({ parameters: {} }));
+  by("model-box").addEventListener("toggle", () => trying(showParameters));
   for (const name of ["frames", "prior"]) by(name).addEventListener("change", () => change({ [name]: by(name).value || null }));
   by("planner").addEventListener("change", () => change({ planner: by("planner").value }));
   for (const name of ["range", "steps", "seed"]) {
     by(name).addEventListener("change", () => { if (by(name).reportValidity()) change({ [name]: Number(by(name).value) }); });
   }
-  by("map").addEventListener("change", async () => {
+  by("map").addEventListener("change", () => {
     const map = by("map").value, example = start.first.examples.find((e) => e.map === map);
-    undone.push(JSON.stringify(state));
-    state = { ...BLANK, model: state.model, map, text: example?.text ?? "", places: example?.places ?? {} };
-    by("text").value = state.text;
-    by("map-note").hidden = true;
-    await trying(showMap);
-    await update();
+    noted("");
+    trying(() => startWith({ model: state.model, map, text: example?.text ?? "", places: example?.places ?? {} }));
   });
-  by("example").addEventListener("change", async () => {
-    const example = start.first.examples[Number(by("example").value)];
-    if (!example) return;
-    undone.push(JSON.stringify(state));
-    const moved = state.map !== example.map;
-    state = { ...BLANK, model: state.model, map: example.map, text: example.text, places: example.places };
-    by("text").value = state.text;
+  by("example").addEventListener("change", () => {
+    const { map, text, places } = start.first.examples[Number(by("example").value)] ?? {};
     by("example").value = "";
-    if (moved) await trying(showMap);
-    await update();
+    if (map) trying(() => startWith({ model: state.model, map, text, places }));
   });
   by("file").addEventListener("change", () => takeFile(by("file").files[0]));
   document.addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dropping"); });
@@ -548,7 +696,7 @@ function wire() {
     setTimeout(() => { by("link").textContent = "Copy link"; }, 1500);
   });
   document.querySelectorAll("[data-export]").forEach((button) => button.addEventListener("click", () => trying(() => keep(button.dataset.export))));
-  by("episode").addEventListener("click", () => download(JSON.stringify(episode.episode), "episode.json", "application/json"));
+  by("episode").addEventListener("click", () => download(JSON.stringify({ text: state.text, ...episode.episode }), "episode.json", "application/json"));
   by("page").addEventListener("click", () => trying(keepPage));
   document.addEventListener("theme", () => { view?.repaint(); other?.repaint(); });
   addEventListener("pagehide", () => searching?.abort());
