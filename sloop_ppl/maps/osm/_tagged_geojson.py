@@ -58,7 +58,8 @@ def read_tagged(data: Any, path: Path, bounds: Bounds | None, report: ImportRepo
         When it is no GeoJSON, is a map already, or has a coordinate that is not on earth.
     """
     items = _features(data, path)
-    window, features = Window(bounds), {}
+    window = Window(bounds)
+    features: dict[str, OsmFeature] = {}
     for i, item in enumerate(items):
         if not isinstance(item, Mapping) or not isinstance(item.get("properties") or {}, Mapping):
             raise MapError(f"File '{path}': feature number {i} is no GeoJSON Feature")
