@@ -14,6 +14,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.special import softmax
 
+from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._draws import (
     CHAINS,
@@ -869,7 +870,7 @@ class Posterior:
         ----------
         log_likelihood
             Target -> log likelihood of what was sensed at each cell, at most 0 up to a constant,
-            -inf where impossible, shape (H, W).
+            -inf where impossible, shape (H, W); a table of xarray is read by its coordinates.
 
         Raises
         ------
@@ -881,7 +882,10 @@ class Posterior:
         sensed = dict(self.log_sensed)
         for target, table in log_likelihood.items():
             self._check(target)
-            flat = np.asarray(table, dtype=np.float64)
+            if has_cell_axes(table):
+                what = f"Log likelihood of '{target}'"
+                table = by_coordinate(table, what, self.city.grid)
+            flat = np.asarray(table, dtype=np.float64, order="C")
             if flat.shape != self.city.grid.shape:
                 raise InputError(
                     f"Log likelihood of '{target}' has shape {flat.shape}; expected "
