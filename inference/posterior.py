@@ -14,7 +14,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._draws import (
     CHAINS,
@@ -882,10 +882,8 @@ class Posterior:
         sensed = dict(self.log_sensed)
         for target, table in log_likelihood.items():
             self._check(target)
-            if has_cell_axes(table):
-                what = f"Log likelihood of '{target}'"
-                table = by_coordinate(table, what, self.city.grid)
-            flat = np.asarray(table, dtype=np.float64, order="C")
+            found = in_order(table, f"Log likelihood of '{target}'", self.city.grid)
+            flat = np.asarray(found, dtype=np.float64, order="C")
             if flat.shape != self.city.grid.shape:
                 raise InputError(
                     f"Log likelihood of '{target}' has shape {flat.shape}; expected "

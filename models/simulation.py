@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
@@ -240,9 +240,8 @@ def simulate(
 
 def _weights(prior: NDArray[np.float64], city: CityMap) -> NDArray[np.float64]:
     """Return the weights of cells, shape (S,); a table of xarray is read by its coordinates."""
-    if has_cell_axes(prior):
-        prior = by_coordinate(prior, "The prior", city.grid)
-    weights = np.asarray(prior, dtype=np.float64, order="C")
+    found = in_order(prior, "The prior", city.grid)
+    weights = np.asarray(found, dtype=np.float64, order="C")
     if weights.shape != city.grid.shape:
         raise InputError(f"The prior has shape {weights.shape}; expected {city.grid.shape}")
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import BeliefCollapse, InputError
 from sloop_ppl.maps import Grid
 from sloop_ppl.planning._pomdp import GenerativeDistribution
@@ -285,9 +285,8 @@ def check_table(name: str, table: NDArray[np.float64], grid: Grid) -> NDArray[np
     InputError
         When it has another shape, is not finite, is negative or sums to zero.
     """
-    if has_cell_axes(table):
-        table = by_coordinate(table, f"The belief of '{name}'", grid)
-    array = np.asarray(table, dtype=np.float64, order="C")
+    found = in_order(table, f"The belief of '{name}'", grid)
+    array = np.asarray(found, dtype=np.float64, order="C")
     if array.shape != grid.shape:
         raise InputError(
             f"The belief of '{name}' has shape {array.shape}; the map has {grid.shape}: "
