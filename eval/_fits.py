@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap
 from sloop_ppl.models import ObservationModel, unfitted
 from sloop_ppl.models.tuning import with_parameters
-from sloop_ppl.outputs import written_whole
+from sloop_ppl.outputs import check_output, written_whole
 
 __all__ = ["cross_validated"]
 
@@ -85,6 +86,8 @@ def cross_validated(
         if progress:
             progress(f"fits taken from {kept}")
         return found
+    if kept is not None:
+        check_output(kept, (Path(kept).suffix.lower(),))  # before the work
     numbers = {
         name: {
             left_out: {section: dict(values) for section, values in fitted.parameters.items()}
@@ -138,7 +141,7 @@ def _read(kept: Path, key: Mapping[str, Any]) -> Numbers | None:
     InputError
         When there is a file that holds no fits, such as the pickle of an earlier version.
     """
-    if not kept.exists():
+    if not os.path.lexists(kept):
         return None
     try:
         made = msgspec.convert(parse_json(read_text(kept, "Fits")), _Kept)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -11,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from sloop_ppl._journal import Journal
+from sloop_ppl._records import Fault, checked
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap
@@ -164,7 +165,7 @@ def fly_trials(
     """
     folder = check_output_folder(out)
     path = folder / "trials.jsonl"
-    done = {t.key: t for t in read_flown(path)} if path.exists() else {}
+    journal, done = Journal(path), {t.key: t for t in read_flown(path)}
     chosen = _interleaved(descriptions)[:targets]
     for seed in range(seeds):
         for annotated, target in chosen:
@@ -175,8 +176,7 @@ def fly_trials(
                 annotated, target, seed, find_map(annotated.map), missing, sims, max_steps
             ):
                 done[trial.key] = trial
-                with path.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(asdict(trial)) + "\n")
+                journal.append(asdict(trial))
                 notify(
                     f"{len(done)}: {trial.description} {trial.target} seed {seed}, {trial.arm}: "
                     f"{'found' if trial.found else 'not found'}, {trial.steps} steps"
@@ -185,7 +185,7 @@ def fly_trials(
 
 
 def read_flown(path: Path) -> list[FlownTrial]:
-    """Return the trials of a file.
+    """Return the trials of a file; none when there is no file.
 
     Raises
     ------
@@ -193,11 +193,14 @@ def read_flown(path: Path) -> list[FlownTrial]:
         When a line is no trial.
     """
     trials = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, record in enumerate(Journal(path).records(), 1):
         try:
-            trials.append(FlownTrial(**json.loads(line)))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"Line {number} of '{path}' is no flown trial: {error}") from None
+            trials.append(checked(record, FlownTrial))
+        except Fault as fault:
+            raise InputError(
+                f"Trial {number} of '{path}' is no flown trial: {fault}; delete its line, and give "
+                "the same command again to fly it anew"
+            ) from None
     return trials
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+from sloop_ppl._foreign import is_folder
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, bundled_maps, load_map
 
@@ -47,7 +48,7 @@ def all_maps(folder: str | Path | None = None) -> list[CityMap]:
 
 
 def _paths(folder: str | Path) -> dict[str, Path]:
-    if not Path(folder).is_dir():
+    if not is_folder(folder):
         raise InputError(f"The maps folder '{folder}' is no folder; expected one of .geojson files")
     paths = {path.stem: path for path in sorted(Path(folder).glob("*.geojson"))}
     if not paths:

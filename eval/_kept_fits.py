@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl.errors import InputError, OutputError
 from sloop_ppl.eval._manifest import changes
@@ -17,6 +19,14 @@ from sloop_ppl.outputs import check_output_folder, written_whole
 __all__ = ["KeptFits"]
 
 _FORMAT = "sloop_ppl fits"
+
+
+class _Fit(msgspec.Struct, forbid_unknown_fields=True):
+    """What a file of one fit holds."""
+
+    model: str
+    maps: list[str]
+    fitted: Fitted
 
 
 class KeptFits:
@@ -70,9 +80,11 @@ class KeptFits:
     def get(self, model: str, maps: Iterable[str]) -> Fitted | None:
         """Return the fit of a model to some maps, if it is there."""
         record = _read(self._file(model, maps)) if self._usable else None
-        if record is None or (record["model"], record["maps"]) != (model, sorted(maps)):
+        try:
+            kept = msgspec.convert(record, _Fit)
+        except msgspec.ValidationError:
             return None
-        return Fitted.from_json(record["fitted"])
+        return kept.fitted if (kept.model, kept.maps) == (model, sorted(maps)) else None
 
     def keep(self, model: str, maps: Iterable[str], fitted: Fitted) -> None:
         """Write a fit, whole or not at all.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -345,8 +346,8 @@ def read_to_score(
     find_map, annotations
         As in `read_descriptions`; annotations may be of lines of either.
     """
-    scored = {Path(file).resolve() for file in files}
-    others = [file for file in learn_from if Path(file).resolve() not in scored]
+    scored = {os.path.realpath(file) for file in files}
+    others = [file for file in learn_from if os.path.realpath(file) not in scored]
     names = _source_names([*files, *others])
     found, faults = read_sound_descriptions([*files, *others], find_map, annotations)
     own = {names[file] for file in files}

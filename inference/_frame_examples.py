@@ -13,6 +13,7 @@ import shapely
 import torch
 from torch import Tensor
 
+from sloop_ppl._foreign import is_folder
 from sloop_ppl.errors import InputError
 from sloop_ppl.maps import CityMap, load_map
 from sloop_ppl.maps.osm import import_osm
@@ -62,7 +63,7 @@ def maps_of_folder(
         When a file is no map.
     """
     place = Path(folder)
-    if not place.is_dir():
+    if not is_folder(place):
         raise InputError(f"The maps folder '{folder}' is no folder; expected one of map files")
     endings = (".geojson", ".osm", ".osm.pbf")
     paths = [p for p in sorted(place.iterdir()) if p.name.endswith(endings)]

@@ -76,15 +76,6 @@ class Fitted:
             "provenance": self.provenance,
         }
 
-    @classmethod
-    def from_json(cls, score_name: Mapping[str, Any]) -> Fitted:
-        """Return what `to_json` told."""
-        ends = {
-            section: {name: (float(low), float(high)) for name, (low, high) in numbers.items()}
-            for section, numbers in score_name["intervals"].items()
-        }
-        return cls(score_name["model"], score_name["parameters"], ends, score_name["provenance"])
-
     def save(self, path: str | Path) -> None:
         """Write them as JSON, which ``--params`` and ``load_parameters`` read.
 

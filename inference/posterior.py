@@ -14,6 +14,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.special import softmax
 
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import BeliefCollapse, InputError, NoRelationFound, UnknownName
 from sloop_ppl.inference._belief_summaries import BeliefSummaries
 from sloop_ppl.inference._draws import (
@@ -838,7 +839,7 @@ class Posterior(BeliefSummaries):
         ----------
         log_likelihood
             Target -> log likelihood of what was sensed at each cell, at most 0 up to a constant,
-            -inf where impossible, shape (H, W).
+            -inf where impossible, shape (H, W); a table of xarray is read by its coordinates.
 
         Raises
         ------
@@ -850,7 +851,8 @@ class Posterior(BeliefSummaries):
         sensed = dict(self.log_sensed)
         for target, table in log_likelihood.items():
             self._check(target)
-            flat = np.asarray(table, dtype=np.float64)
+            found = in_order(table, f"Log likelihood of '{target}'", self.city.grid)
+            flat = np.asarray(found, dtype=np.float64, order="C")
             if flat.shape != self.city.grid.shape:
                 raise InputError(
                     f"Log likelihood of '{target}' has shape {flat.shape}; expected "

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.maps import CityMap, Grid, SearchArea
 from sloop_ppl.models import cell_prior
@@ -69,8 +69,7 @@ def _for_each(prior: Any, targets: Sequence[str], city: CityMap) -> dict[str, ND
 
 
 def _checked(table: Any, whose: str, grid: Grid) -> NDArray[np.float64]:
-    if has_cell_axes(table):
-        table = by_coordinate(table, f"Prior of {whose}", grid)
+    table = in_order(table, f"Prior of {whose}", grid)
     try:
         weights = np.asarray(table, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import InputError
 from sloop_ppl.language import DEFAULT_TARGETS, Description, SpatialRelation, TargetObject
 from sloop_ppl.maps import CityMap
@@ -216,7 +217,7 @@ def simulate(
             f"A target should get {least} to {most} phrases; expected 1 to {len(choice)}, the "
             "number of grounds that can be spoken of"
         )
-    weights = np.ones(city.grid.size) if prior is None else np.asarray(prior, float).reshape(-1)
+    weights = np.ones(city.grid.size) if prior is None else _weights(prior, city)
     grounded: dict[str, _Ground] = {}
     drawn = []
     for _ in objects:
@@ -235,6 +236,17 @@ def simulate(
         latents[target.id] = about.latents(city)
     text = in_english(relations, objects, city)
     return Simulated(Description(text, city.name, objects, tuple(relations)), latents)
+
+
+def _weights(prior: NDArray[np.float64], city: CityMap) -> NDArray[np.float64]:
+    """Return the weights of cells, shape (S,); a table of xarray is read by its coordinates."""
+    found = in_order(prior, "The prior", city.grid)
+    weights = np.asarray(found, dtype=np.float64, order="C")
+    if weights.shape != city.grid.shape:
+        raise InputError(f"The prior has shape {weights.shape}; expected {city.grid.shape}")
+    if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
+        raise InputError("The prior holds NaN, infinite, negative or no weights; expected weights")
+    return weights.reshape(-1)
 
 
 @dataclass(frozen=True, eq=False)

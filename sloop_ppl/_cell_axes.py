@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from sloop_ppl.maps.grid import Grid
 
-__all__ = ["by_coordinate", "has_cell_axes"]
+__all__ = ["by_coordinate", "has_cell_axes", "in_order"]
 
 Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 
@@ -27,6 +27,11 @@ _CLOSE = 1e-3  # of a cell: how far a coordinate may lie from the centre of its 
 def has_cell_axes(table: Any) -> TypeGuard[xarray.DataArray]:
     """Tell whether a table is an xarray one with x and y among its dims."""
     return hasattr(table, "coords") and {"x", "y"} <= set(map(str, getattr(table, "dims", ())))
+
+
+def in_order(table: Any, what: str, grid: Grid | None = None) -> Any:
+    """Return a table of xarray as `by_coordinate` does, and any other as it is."""
+    return by_coordinate(table, what, grid) if has_cell_axes(table) else table
 
 
 def by_coordinate(table: Labelled, what: str, grid: Grid | None = None) -> Labelled:

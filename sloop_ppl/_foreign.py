@@ -21,6 +21,7 @@ __all__ = [
     "MOST_DEPTH",
     "ForeignFault",
     "is_file",
+    "is_folder",
     "parse_json",
     "parse_toml",
     "read_text",
@@ -43,6 +44,14 @@ def is_file(path: str | Path) -> bool:
     """Tell whether there is a file; of a name that can be none, such as one too long, False."""
     try:
         return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: str | Path) -> bool:
+    """Tell whether there is a folder; of a name that can be none, False."""
+    try:
+        return Path(path).is_dir()
     except (OSError, ValueError):
         return False
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from sloop_ppl._foreign import parse_json, read_text
 from sloop_ppl.bridge._formatting import outcome_line
 from sloop_ppl.errors import InputError, SloopError
 from sloop_ppl.maps import CityMap, load_map
@@ -45,7 +45,7 @@ def replay_report(
     episode = read_episode(path)
     city = _map_of(episode, map_name)
     draw_episode(episode, city, figure, animation)
-    saved = json.loads(path.read_text(encoding="utf-8"))
+    saved = parse_json(read_text(path, "Episode"))
     named = {key: saved[key] for key in ("map", "model", "planner", "seed", "said") if key in saved}
     return {**named, **episode.to_json()}, outcome_line(episode)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pomdp_py
 from numpy.typing import NDArray
 
-from sloop_ppl._cell_axes import by_coordinate, has_cell_axes
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import InputError, UnknownName
 from sloop_ppl.inference import infer_description
 from sloop_ppl.language import Description
@@ -64,9 +64,7 @@ def as_histogram(
     >>> hist["cell", 0, 1]
     0.75
     """
-    if has_cell_axes(belief):
-        belief = by_coordinate(belief, "The belief")
-    table = np.asarray(belief, dtype=np.float64, order="C")
+    table = np.asarray(in_order(belief, "The belief"), dtype=np.float64, order="C")
     if table.ndim != 2 or not np.isfinite(table).all() or (table < 0).any():
         raise InputError(
             f"The belief has shape {table.shape}; expected a table (H, W) of finite numbers >= 0"

@@ -25,6 +25,7 @@ from spacy.tokens import Doc
 from spacy.util import registry
 from spacy.vocab import Vocab
 
+from sloop_ppl._foreign import ForeignFault, parse_json
 from sloop_ppl.errors import InputError
 from sloop_ppl.language.figures import FigureMention
 from sloop_ppl.language.items import Chunk
@@ -110,6 +111,13 @@ def create_word_tokenizer() -> Callable[[Language], WordTokenizer]:
     return lambda nlp: WordTokenizer(nlp.vocab)
 
 
+class _Saved(msgspec.Struct):
+    """What `_Landmarks` is saved as."""
+
+    map: dict[str, Any] | None
+    targets: tuple[TargetObject, ...] | None
+
+
 @dataclass
 class _Landmarks:
     """The component that links landmarks.
@@ -146,9 +154,15 @@ class _Landmarks:
 
     def from_bytes(self, data: bytes, **_: Any) -> _Landmarks:
         """Take the map and the declared objects from bytes."""
-        record = json.loads(data)
-        self.city = None if record["map"] is None else from_geojson(record["map"])
-        self.declared = msgspec.convert(record["targets"], tuple[TargetObject, ...] | None)
+        try:
+            record = msgspec.convert(parse_json(data.decode()), _Saved)
+        except (UnicodeDecodeError, ForeignFault, msgspec.ValidationError) as error:
+            raise InputError(
+                f"The saved component 'sloop_landmarks' cannot be read: {error}; expected what "
+                "to_disk wrote"
+            ) from error
+        self.city = None if record.map is None else from_geojson(record.map)
+        self.declared = record.targets
         return self
 
     def to_disk(self, path: str | Path, **_: Any) -> None:

@@ -11,7 +11,7 @@ from sloop_ppl.maps.grid import Grid
 
 __all__ = ["DEGREES", "GivenPoint", "are_degrees_of", "read_lat_lon", "read_point"]
 
-DEGREES = "@LAT,LON or such as 41.4993N,81.6944W in degrees"
+DEGREES = "@LAT,LON in degrees, such as @41.4993,-81.6944 or 41.4993N,81.6944W"
 """How degrees are written, for messages; a bare pair of numbers is in metres."""
 
 _BY_THE_MAP_M = 2000.0

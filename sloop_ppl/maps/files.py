@@ -12,6 +12,7 @@ from sloop_ppl._foreign import ForeignFault, is_file, parse_json, read_text
 from sloop_ppl.errors import InputError, MapError, OutputError, UnknownName
 from sloop_ppl.maps.city import CityMap
 from sloop_ppl.maps.geojson import from_geojson, to_geojson
+from sloop_ppl.outputs import check_output
 
 __all__ = [
     "bundled_maps",
@@ -62,13 +63,7 @@ def check_map_path(path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in _ENDINGS:
         raise InputError(f"'{path}' is no path for a map; expected one that ends in .geojson")
-    if not path.parent.is_dir():
-        raise OutputError(f"'{path}' cannot be written: folder '{path.parent}' does not exist")
-    if path.is_dir():
-        raise OutputError(f"'{path}' cannot be written: it is a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise OutputError(f"'{path}' cannot be written: folder '{path.parent}' is read-only")
-    return path
+    return check_output(path, _ENDINGS)
 
 
 def write_map(city: CityMap, path: str | Path) -> None:

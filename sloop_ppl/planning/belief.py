@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sloop_ppl._cell_axes import in_order
 from sloop_ppl.errors import BeliefCollapse, InputError
+from sloop_ppl.maps import Grid
 from sloop_ppl.planning._pomdp import GenerativeDistribution
 from sloop_ppl.planning.pose import Pose
 from sloop_ppl.planning.sensors import CellLikelihood, MaskSensor
@@ -57,7 +59,7 @@ class GridBelief(GenerativeDistribution):
     ) -> None:
         self.space, self.robot, self._rng = space, robot, rng
         self.pose = space.pose_at(robot.pose) if pose is None else pose
-        self._tables = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        self._tables = tuple(check_table(t, tables[t], space.grid) for t in space.target_ids)
         self._initial = self._tables
         self._reset()
 
@@ -181,7 +183,7 @@ class GridBelief(GenerativeDistribution):
     def replaced(self, tables: Mapping[str, NDArray[np.float64]]) -> GridBelief:
         """Return a belief with other tables, which are checked, and the same robot."""
         space = self.space
-        sound = tuple(check_table(t, tables[t], space.shape) for t in space.target_ids)
+        sound = tuple(check_table(t, tables[t], space.grid) for t in space.target_ids)
         return self._after(sound, self.robot, self.pose)
 
     def _conditioned(
@@ -275,20 +277,19 @@ def _of_report(
     return CellLikelihood(np.arange(space.n_cells), scaled.reshape(-1), 0.0)
 
 
-def check_table(
-    name: str, table: NDArray[np.float64], shape: tuple[int, int]
-) -> NDArray[np.float64]:
-    """Return a belief as a normalised vector of length H * W.
+def check_table(name: str, table: NDArray[np.float64], grid: Grid) -> NDArray[np.float64]:
+    """Return a belief as a normalised vector of length H * W; xarray is read by coordinate.
 
     Raises
     ------
     InputError
         When it has another shape, is not finite, is negative or sums to zero.
     """
-    array = np.asarray(table, dtype=np.float64)
-    if array.shape != shape:
+    found = in_order(table, f"The belief of '{name}'", grid)
+    array = np.asarray(found, dtype=np.float64, order="C")
+    if array.shape != grid.shape:
         raise InputError(
-            f"The belief of '{name}' has shape {array.shape}; the map has {shape}: "
+            f"The belief of '{name}' has shape {array.shape}; the map has {grid.shape}: "
             "it was made on another map or with another cell size"
         )
     total = float(array.sum())

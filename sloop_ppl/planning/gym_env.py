@@ -95,7 +95,7 @@ class SearchEnv(_Env):
             self._city, tuple(given), config, sensor=sensor, motion=motion
         )
         self._prior = {
-            name: check_table(name, table, grid.shape).reshape(grid.shape)
+            name: check_table(name, table, grid).reshape(grid.shape)
             for name, table in given.items()
         }
         n = len(given)

@@ -15,6 +15,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from sloop_ppl._journal import Journal
 from sloop_ppl.bridge.relation_text import relation_in_words
 from sloop_ppl.eval._line_format import EntryLine
 from sloop_ppl.eval._objects import declared_object
@@ -24,7 +25,6 @@ from sloop_ppl.maps import bundled_maps
 from sloop_ppl.web import _limits
 from sloop_ppl.web._assignment import Assignment, speakers_of
 from sloop_ppl.web._bodies import record_of
-from sloop_ppl.web._journal import Journal
 from sloop_ppl.web._maps import MapShelf
 from sloop_ppl.web._refusal import Refusal
 from sloop_ppl.web._state import Name

@@ -12,9 +12,9 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from sloop_ppl._journal import Journal
 from sloop_ppl.web._bodies import record_of
 from sloop_ppl.web._frame_queue import FrameItem, items_of_file, items_of_map
-from sloop_ppl.web._journal import Journal
 from sloop_ppl.web._maps import MapShelf
 from sloop_ppl.web._refusal import Refusal
 from sloop_ppl.web._state import Name, Place

@@ -211,7 +211,7 @@ def export_answers(
     OutputError
         When `out` cannot be written.
     """
-    from sloop_ppl.web._journal import Journal
+    from sloop_ppl._journal import Journal
 
     target = check_output(out, (".jsonl",))
     read_text(answers, "Answers file")
@@ -224,7 +224,13 @@ def export_answers(
         if not is_checked and not parsed:
             record.pop("relations", None)
         lines.append(json.dumps(record, ensure_ascii=False))
+    if not lines:
+        which = "description that was checked" if only_checked else "description"
+        raise InputError(f"Answers file '{answers}' holds no {which}; expected one at least")
     with written_whole(target) as part:
         part.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-        read_descriptions([part])
+        try:
+            read_descriptions([part])
+        except InputError as error:
+            raise InputError(str(error).replace(str(part), f"Answers file '{answers}'")) from None
     return len(lines)

@@ -14,8 +14,9 @@ from sloop_ppl.errors import InputError
 from sloop_ppl.language import HEARER, PARSERS, Description, SpatialRelation, TargetObject
 
 MALFORMED = (
-    "Hearer '{}' is malformed; expected x,y in metres, such as -20,150, or @LAT,LON or such as "
-    "41.4993N,81.6944W in degrees: where who listens is, inside the map or outside"
+    "Hearer '{}' is malformed; expected x,y in metres, such as -20,150, or @LAT,LON in "
+    "degrees, such as @41.4993,-81.6944 or 41.4993N,81.6944W: where who "
+    "listens is, inside the map or outside"
 )
 
 

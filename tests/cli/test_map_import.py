@@ -83,7 +83,7 @@ def test_an_output_path_is_checked_before_the_work(capsys, file, tmp_path):
         capsys, "map", "import", file, "--all", "--out", tmp_path / "no" / "a.geojson"
     )
     assert code == 2
-    assert err.endswith("does not exist\n")
+    assert err.endswith("does not exist; make it first\n")
 
 
 def test_a_broken_file_leaves_the_old_map(capsys, tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -73,9 +73,24 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path):
         bundled_examples(), load_map, tmp_path / "b", arms=arms, notify=told.append, **options
     )
     assert again == both
-    (tmp_path / "trials.jsonl").write_text('{"arm": 3}\n')
-    with pytest.raises(InputError, match="Line 1 of"):
-        read_flown(tmp_path / "trials.jsonl")
+
+
+def test_damaged_trials_are_refused_and_a_torn_last_line_is_no_trial(tmp_path):
+    whole = FlownTrial(
+        "one", "RedBike", 0, "grid, 14 m", "cleveland", True, True, 4, 900.0, 0, 3, 1, 1, 0, 4, 0,
+        0.0, False,
+    )  # fmt: skip
+    path = tmp_path / "trials.jsonl"
+    assert read_flown(path) == []
+    path.write_text(json.dumps(asdict(whole)) + '\n{"description": "tw')
+    assert read_flown(path) == [whole]
+    for line in (b'{"arm": 3}', b"[]", b"\xff", b'{"a":' * 200, b"NaN",
+                 json.dumps(asdict(whole) | {"steps": "many"}).encode()):  # fmt: skip
+        path.write_bytes(line + b"\n")
+        with pytest.raises(InputError) as caught:
+            read_flown(path)
+        assert "\n" not in str(caught.value)
+        assert str(path) in str(caught.value)
 
 
 @pytest.mark.usefixtures("_simulator")

@@ -61,11 +61,25 @@ def test_fits_of_something_else_are_made_anew(tmp_path):
     assert other.get("mine", ["a"]) is None
 
 
-def test_a_torn_or_strange_file_is_no_fit(tmp_path):
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text[:40],
+        lambda text: "{}",
+        lambda text: "[]",
+        lambda text: text.replace('"fitted"', '"other"'),
+        lambda text: text.replace("0.7", '"much"'),
+        lambda text: text.replace('"mine"', "7"),
+    ],
+)
+def test_a_torn_or_strange_file_is_no_fit(tmp_path, damage):
     kept = KeptFits(tmp_path / "m.fits", {})
     kept.keep("mine", ["a"], FITTED)
     (file,) = kept.path.glob("fit-*.json")
-    file.write_text(file.read_text()[:40])
+    assert kept.get("mine", ["a"]) is not None
+    text = file.read_text()
+    assert damage(text) != text
+    file.write_text(damage(text))
     assert kept.get("mine", ["a"]) is None
 
 

@@ -132,3 +132,16 @@ def test_a_pipeline_is_saved_with_its_map(tmp_path):
     read = load_pipeline()
     read.from_disk(tmp_path / "pipeline")
     assert read(TEXTS[0])._.sloop_description == nlp(TEXTS[0])._.sloop_description
+
+
+@pytest.mark.parametrize(
+    "saved",
+    [b"", b"\xff", b"[]", b"{}", b"[" * 100_000, b'{"map": {}, "targets": null}',
+     b'{"map": null, "targets": [{"id": 7}]}'],
+)  # fmt: skip
+def test_a_damaged_pipeline_is_refused_in_one_line(tmp_path, saved):
+    load_pipeline(load_map("cleveland")).to_disk(tmp_path / "pipeline")
+    (tmp_path / "pipeline" / "sloop_landmarks").write_bytes(saved)
+    with pytest.raises(InputError) as caught:
+        load_pipeline().from_disk(tmp_path / "pipeline")
+    assert "\n" not in str(caught.value)

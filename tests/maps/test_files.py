@@ -62,10 +62,10 @@ def test_paths_are_checked_before_the_work(tmp_path):
     assert check_map_path(tmp_path / "a.geojson") == tmp_path / "a.geojson"
     with pytest.raises(InputError, match=r"'a.txt' is no path for a map; expected one that ends"):
         check_map_path("a.txt")
-    with pytest.raises(OutputError, match=r"folder '.*none' does not exist$"):
+    with pytest.raises(OutputError, match=r"folder '.*none' does not exist; make it first$"):
         check_map_path(tmp_path / "none" / "a.json")
     (tmp_path / "b.json").mkdir()
-    with pytest.raises(OutputError, match=r"it is a folder$"):
+    with pytest.raises(OutputError, match=r"is a folder; give the name of a file$"):
         check_map_path(tmp_path / "b.json")
 
 

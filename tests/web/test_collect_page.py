@@ -9,11 +9,11 @@ import pytest
 from support.web_server import GUEST, TOKEN, running
 
 import sloop_ppl as sloop
+from sloop_ppl._journal import Journal
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import read_descriptions
 from sloop_ppl.web import Study, export_answers, prepare_study
 from sloop_ppl.web._assignment import Assignment
-from sloop_ppl.web._journal import Journal
 from sloop_ppl.web.application import WebSettings
 
 pytestmark = pytest.mark.xdist_group("chromium")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from sloop_ppl._foreign import ForeignFault, parse_json, read_text
+from sloop_ppl._foreign import ForeignFault, is_file, parse_json, read_text
 from sloop_ppl.bridge.asking.question import DONT_KNOW
 from sloop_ppl.errors import InputError
 from sloop_ppl.rng import child
@@ -251,7 +251,7 @@ def answerer_of(
         return TerminalAnswerer()
     if name == "simulated":
         return SimulatedAnswerer(places, error=error, rng=rng)
-    if not Path(name).is_file():
+    if not is_file(name):
         raise InputError(
             f"Answers '{name}' are no file; expected human, simulated, or a file of answers"
         )

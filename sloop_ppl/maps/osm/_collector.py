@@ -42,6 +42,7 @@ class Collector:
         self.relations: dict[str, Unmade] = {}
         self.assembled: set[str] = set()
         self.lost_nodes: set[int] = set()
+        self._before: tuple[str, int] | None = None
 
     def take(self, thing: Any) -> None:
         """Take a node, way, relation or assembled area."""
@@ -49,8 +50,10 @@ class Collector:
             if not thing.from_way():
                 self._take_area(thing)
             return
-        if thing.id < 0:
+        this = (thing.type_str(), thing.id)
+        if thing.id < 0 or this == self._before:  # of several versions the newest counts
             raise NotInOrder
+        self._before = this
         if thing.deleted:
             return
         self.report.read += 1

@@ -174,6 +174,8 @@ def _take(found: Elements, element: Mapping[str, Any]) -> None:
     sort = element["type"]
     if sort not in _LETTER:  # "count", "timeline", areas of Overpass's own
         return
+    if element.get("visible") is False:
+        return
     number = _id(element["id"])
     tags = {_text(k): _text(v) for k, v in (element.get("tags") or {}).items()}
     if sort == "node":

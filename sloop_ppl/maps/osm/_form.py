@@ -105,7 +105,8 @@ def _form(head: bytes, path: Path, packed: str) -> str:
     if head.startswith(b"PK\x03\x04"):
         raise MapError(f"File '{path}' is a zip archive; unpack it and import what is in it")
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if text[:1] in (b"{", b"["):
+    # In UTF-16, as PowerShell writes, every other byte of JSON is zero.
+    if text.removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").strip(b"\0")[:1] in (b"{", b"["):
         return JSON_FORM
     if text[:1] == b"<" and (root := _ROOT.search(_COMMENT.sub(b"", text))):
         if root[1] in _OTHER_ROOTS:

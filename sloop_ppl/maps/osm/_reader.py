@@ -26,6 +26,9 @@ __all__ = ["file_bounds", "read_osm"]
 _PLACED = re.compile(rb"<nd\b[^>]*\slat=")
 # libosmium refuses the coordinates that Overpass writes into members, and bounds into ways.
 _NESTED = re.compile("element inside <(member|way|relation)>|Unknown element in <(way|relation)>")
+# What editors and histories write at what is there no more, which libosmium reads in order only.
+_GONE = re.compile(rb"""\svisible=["']false""")
+_TO_DELETE = re.compile(rb"""\saction=["']delete""")
 # What Overpass adds when a query ran out of time or memory: the file then ends early.
 _REMARK = re.compile(r"<remark>\s*(.*?)\s*</remark>", re.DOTALL)
 # Share of the ways or relations that may lack their nodes.
@@ -109,9 +112,12 @@ def _read_osmium(
     import osmium
 
     source = osmium.io.File(str(path), form)
+    xml = form.startswith("osm")
+    if xml and holds(path, _TO_DELETE):
+        return _from_xml(path, folder, bounds, report)
     try:
         # The parts of a change file are by what was done to them, not by sort.
-        if not form.startswith("osc"):
+        if not (_has_versions(source, form) or (xml and holds(path, _GONE))):
             return _collected(source, path, form, bounds, report)
     except (RuntimeError, _PlacedInWays, NotInOrder) as error:
         if isinstance(error, NotInOrder) or "out of order" in str(error):
@@ -128,6 +134,14 @@ def _read_osmium(
         if isinstance(error, RuntimeError) and not _NESTED.search(str(error)):
             raise
         return _from_xml(path, folder, bounds, report)
+
+
+def _has_versions(source: Any, form: str) -> bool:
+    """Tell whether a file is a change file, or a history."""
+    import osmium
+
+    with osmium.io.Reader(source, osmium.osm.osm_entity_bits.NOTHING) as reader:
+        return form.startswith("osc") or reader.header().has_multiple_object_versions
 
 
 def _from_xml(path: Path, folder: Path, bounds: Bounds | None, report: ImportReport) -> OsmData:
@@ -174,7 +188,7 @@ def _read_json(
     path: Path, folder: Path, bounds: Bounds | None, report: ImportReport, allow_incomplete: bool
 ) -> OsmData:
     try:
-        data = json.loads(content(path).decode("utf-8-sig"))
+        data = json.loads(content(path))
     except (ValueError, RecursionError) as error:
         raise MapError(f"File '{path}' cannot be read as JSON: {error}") from None
     if isinstance(data, dict) and isinstance(data.get("elements"), list):

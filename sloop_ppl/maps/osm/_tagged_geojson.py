@@ -32,6 +32,10 @@ _NO_TAGS = {
 }  # fmt: skip
 # What OGR writes for tags it has no column for: "key"=>"value","key"=>"value".
 _HSTORE = re.compile(r'"((?:[^"\\]|\\.)*)"=>"((?:[^"\\]|\\.)*)"')
+_MULTI = {
+    "LineString": shapely.MultiLineString, "MultiLineString": shapely.MultiLineString,
+    "Polygon": shapely.MultiPolygon, "MultiPolygon": shapely.MultiPolygon,
+}  # fmt: skip
 # Systems of coordinates that are longitude and latitude.
 _DEGREES = re.compile(r"(CRS:?:?84|EPSG:+(?:[\d.]*:)?4326)$", re.IGNORECASE)
 
@@ -54,7 +58,8 @@ def read_tagged(data: Any, path: Path, bounds: Bounds | None, report: ImportRepo
         When it is no GeoJSON, is a map already, or has a coordinate that is not on earth.
     """
     items = _features(data, path)
-    window, features = Window(bounds), {}
+    window = Window(bounds)
+    features: dict[str, OsmFeature] = {}
     for i, item in enumerate(items):
         if not isinstance(item, Mapping) or not isinstance(item.get("properties") or {}, Mapping):
             raise MapError(f"File '{path}': feature number {i} is no GeoJSON Feature")
@@ -70,10 +75,14 @@ def read_tagged(data: Any, path: Path, bounds: Bounds | None, report: ImportRepo
         if shape is None:
             report.broken.append(source)
             continue
-        report.duplicates += source in features
         if not window.meets([(x, y) for x, y in shapely.get_coordinates(shape).tolist()]):
             report.outside += 1
             continue
+        if (before := features.get(source)) is not None and _is_piece(before.geometry, shape):
+            pieces = shapely.get_parts([before.geometry, shape])
+            shape = _MULTI[shape.geom_type](list(pieces))
+        else:
+            report.duplicates += before is not None
         features[source] = _feature(source, tags, shape)
     return OsmData(list(features.values()), {}, window.reached)
 
@@ -89,7 +98,8 @@ def _features(data: Any, path: Path) -> list[Any]:
     if "centre" in data:
         raise MapError(f"File '{path}' is a map already; use it where a map is asked for")
     crs = data.get("crs")
-    named = crs.get("properties", {}).get("name") if isinstance(crs, Mapping) else None
+    inner = crs.get("properties") if isinstance(crs, Mapping) else None
+    named = inner.get("name") if isinstance(inner, Mapping) else None
     if isinstance(named, str) and not _DEGREES.search(named):
         raise MapError(
             f"File '{path}' has coordinates in {named:.60}; expected degrees: export it in "
@@ -172,6 +182,15 @@ def _shape(geometry: Any, path: Path, index: int) -> BaseGeometry | None:
         )
     parts = shapely.get_parts(shape)
     return parts[0] if len(parts) == 1 or shape.geom_type == "MultiPoint" else shape
+
+
+def _is_piece(before: BaseGeometry, shape: BaseGeometry) -> bool:
+    """Tell whether two shapes of one element are pieces of it, as QGIS makes when it cuts."""
+    if not (before.is_valid and shape.is_valid):
+        return False
+    family = _MULTI.get(shape.geom_type)
+    alike = family is not None and family is _MULTI.get(before.geom_type)
+    return alike and bool(before.disjoint(shape) or before.touches(shape))
 
 
 def _feature(source: str, tags: dict[str, str], shape: BaseGeometry) -> OsmFeature:

@@ -143,6 +143,77 @@ def test_change_files(tmp_path, whole):
         assert to_geojson(imported(tmp_path / name)[0]) == whole
 
 
+SHOP = '<tag k="shop" v="yes"/>'
+
+
+def node(number, version, tags=SHOP, more="", lat=41.5):
+    return (f'<node id="{number}" version="{version}" lat="{lat}" lon="-81.7" {more}>'
+            f"{tags}</node>")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("lines", "numbers"),
+    [
+        ([node(1, 1), node(1, 2, "", 'visible="false"'), node(2, 1)], [2]),
+        ([node(1, 1), node(1, 2, lat=41.6), node(2, 1)], [2]),
+        ([node(1, 2, lat=41.6), node(1, 1), node(2, 1)], [2]),
+        ([node(1, 1, more="action='delete' visible='true'"), node(2, 1)], [2]),
+        ([node(1, 1), node(2, 1, more='action="modify"')], [1, 2]),
+    ],
+    ids=["history", "moved", "moved, newest first", "deleted in JOSM", "changed in JOSM"],
+)
+def test_what_is_there_no_more_is_left_out(tmp_path, lines, numbers):
+    town, _ = imported(written(tmp_path, lines))
+    assert [m.properties["osm"] for m in town.landmarks] == [[f"node/{i}"] for i in numbers]
+
+
+def test_a_history_in_pbf(tmp_path):
+    import osmium
+
+    path = written(tmp_path, [node(1, 1), node(1, 2, "", 'visible="false"'), node(2, 1)])
+    history = str(tmp_path / "a.osh.pbf")
+    with osmium.SimpleWriter(history) as writer:
+        for thing in osmium.FileProcessor(str(path)):
+            writer.add(thing)
+    assert [m.properties["osm"] for m in imported(history)[0].landmarks] == [["node/2"]]
+
+
+def test_overpass_json_of_another_encoding_and_what_is_gone_in_it(tmp_path, whole):
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(overpass(False)), encoding="utf-16")
+    assert to_geojson(imported(path)[0]) == whole
+    gone = {"type": "node", "id": 1, "lat": 41.5, "lon": -81.7, "tags": {"shop": "yes"}}
+    path.write_text(json.dumps({"elements": [gone | {"visible": False}, gone | {"id": 2}]}))
+    assert [m.properties["osm"] for m in imported(path)[0].landmarks] == [["node/2"]]
+
+
+def test_pieces_of_one_element_in_geojson_are_all_kept(tmp_path):
+    def feature(kind, coordinates, **tags):
+        return {"type": "Feature", "properties": {"osm_id": "7", "name": "A", **tags},
+                "geometry": {"type": kind, "coordinates": coordinates}}  # fmt: skip
+
+    def box(west):
+        east = west + 0.0005
+        return [[[west, 41.5], [east, 41.5], [east, 41.5005], [west, 41.5005], [west, 41.5]]]
+
+    path = tmp_path / "cut.geojson"
+    for features, length, twice in (
+        ([feature("Polygon", box(-81.7), building="yes"),
+          feature("MultiPolygon", [box(-81.698)], building="yes")], 4 * (55.6 + 41.7), 0),
+        ([feature("LineString", [[-81.7, 41.5], [-81.699, 41.5]], highway="residential"),
+          feature("LineString", [[-81.699, 41.5], [-81.698, 41.5]], highway="residential")],
+         2 * 83.5, 0),
+        ([feature("Polygon", box(-81.7), building="yes"),
+          feature("Polygon", box(-81.6999), building="yes")], 2 * (55.6 + 41.7), 1),
+    ):  # fmt: skip
+        crs = {"type": "name", "properties": None}
+        path.write_text(json.dumps({"type": "F", "crs": crs, "features": features}))
+        town, report = import_osm(path, everything=True)
+        (landmark,) = town.landmarks
+        assert landmark.geometry.length == pytest.approx(length, rel=0.01)
+        assert report.duplicates == twice
+
+
 def test_geojson_of_overpass_turbo_and_qgis(tmp_path):
     box = [[-81.7, 41.5], [-81.6995, 41.5], [-81.6995, 41.5003], [-81.7, 41.5003], [-81.7, 41.5]]
     line = [[-81.701, 41.4999], [-81.699, 41.4999]]

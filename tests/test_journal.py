@@ -8,13 +8,13 @@ import sys
 
 import pytest
 
+from sloop_ppl._journal import Journal
 from sloop_ppl.errors import InputError
-from sloop_ppl.web._journal import Journal
 
 WRITE = """
 import sys
 from pathlib import Path
-from sloop_ppl.web._journal import Journal
+from sloop_ppl._journal import Journal
 journal = Journal(Path(sys.argv[1]))
 for i in range(60):
     journal.append({"by": sys.argv[2], "i": i, "text": "x" * 500})

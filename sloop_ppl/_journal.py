@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import os
 import sys
@@ -69,13 +70,15 @@ class Journal:
                 data = file.read(_whole_bytes(file))
         except FileNotFoundError:
             return []
+        except OSError as error:
+            raise InputError(f"'{self.path}' cannot be read: {error.strerror}") from error
         found = []
-        for number, line in enumerate(data.decode("utf-8").split("\n"), start=1):
+        for number, line in enumerate(data.removeprefix(codecs.BOM_UTF8).split(b"\n"), start=1):
             if not line.strip():
                 continue
             try:
-                record = parse_json(line)
-            except ForeignFault as error:
+                record = parse_json(line.decode())
+            except (ForeignFault, UnicodeDecodeError) as error:
                 raise InputError(f"{self.path}:{number}: is not JSON: {error}") from error
             if not isinstance(record, dict):
                 raise InputError(f"{self.path}:{number}: is no JSON object")
