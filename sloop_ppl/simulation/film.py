@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Film", "camera_panel", "check_film_path"]
 
 _CHASE = (640, 480)
-_INSET = (208, 156)
+_INSET_WIDTH = 220
 _EDGE = 3
 _EVERY_S = 0.5
 _FPS = 8.0
@@ -123,21 +123,16 @@ class Film:
 
     def _frame(self, shot: Image, step: int, belief: Image) -> Image:
         from PIL import Image as Pictures
+        from PIL import ImageOps
 
         wide = round(belief.width * _CHASE[1] / belief.height)
         frame = Pictures.new("RGB", ((_CHASE[0] + wide) // 2 * 2, _CHASE[1]), "white")
         frame.paste(shot, (0, 0))
         if step:
-            inset = _unpacked(self._looks[min(step, len(self._looks)) - 1]).resize(_INSET)
-            at = (_CHASE[0] - _INSET[0] - 12, _CHASE[1] - _INSET[1] - 12)
-            border = (
-                at[0] - _EDGE,
-                at[1] - _EDGE,
-                at[0] + _INSET[0] + _EDGE,
-                at[1] + _INSET[1] + _EDGE,
-            )
-            frame.paste("white", border)
-            frame.paste(inset, at)
+            look = _unpacked(self._looks[min(step, len(self._looks)) - 1])
+            high = round(look.height * _INSET_WIDTH / look.width)
+            inset = ImageOps.expand(look.resize((_INSET_WIDTH, high)), _EDGE, "white")
+            frame.paste(inset, (_CHASE[0] - inset.width - 9, _CHASE[1] - inset.height - 9))
         frame.paste(belief.resize((wide, _CHASE[1]), Pictures.Resampling.LANCZOS), (_CHASE[0], 0))
         return frame
 
