@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sloop_ppl.eval._flown import ARMS, FlownTrial
+from sloop_ppl.eval._flown_trial import ARMS, FlownTrial
 
 __all__ = ["ArmSummary", "flown_lines", "flown_summary"]
 
