@@ -18,6 +18,7 @@ from sloop_ppl.simulation import (
     World,
     make_detector,
 )
+from sloop_ppl.simulation._mujoco import rendering_fault
 
 CALM = {"drift_m": 0.0, "noise_m": 0.0, "yaw_drift_rad": 0.0}
 FIELD = CityMap("field", Grid.square(60.0), ())
@@ -226,3 +227,23 @@ def test_without_graphics_the_packages_are_named_and_rays_go_on(monkeypatch):
     with pytest.raises(InputError, match=r"none is here\); install .* libegl1 .*libosmesa6.*rays"):
         camera.picture()
     assert len(make_detector("rays", camera).detect()) == 1
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ("osmesa", "MUJOCO_GL is osmesa, of which the library is missing"),
+        ("disable", "there is neither EGL nor OSMesa"),
+        ("glfw", "MUJOCO_GL is glfw, which needs a screen; set it to egl or osmesa"),
+    ],
+)
+def test_why_there_are_no_pictures_is_said(monkeypatch, chosen, words):
+    monkeypatch.setattr("sloop_ppl.simulation._mujoco._has", lambda name: name == "none")
+    monkeypatch.setenv("MUJOCO_GL", chosen)
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(screen, raising=False)
+    assert rendering_fault() == words
+    monkeypatch.setattr("sloop_ppl.simulation._mujoco._has", lambda name: True)
+    assert rendering_fault() == {"osmesa": "", "disable": "MUJOCO_GL is disable; unset it"}.get(
+        chosen, words
+    )
