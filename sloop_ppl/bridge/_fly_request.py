@@ -27,6 +27,7 @@ from sloop_ppl.rng import child
 from sloop_ppl.simulation import (
     DETECTORS,
     Camera,
+    Detection,
     Drone,
     Film,
     Look,
@@ -150,6 +151,7 @@ class _Staging:
         self.film: Film | None = None
         self.places: dict[str, tuple[float, float]] = {}
         self._environment: MujocoEnvironment | None = None
+        self._seen: tuple[Detection, ...] = ()
 
     def __call__(
         self,
@@ -273,7 +275,9 @@ class _Staging:
         if environment is None:
             return
         log = environment.log
+        if log.detections and not step.action.startswith("find"):
+            self._seen = log.detections[-1]  # a find goes by the look before it
         if self.film is not None:
-            self.film.look(log.detections[-1] if log.detections else ())
+            self.film.look(self._seen)
         if step.collision and log.collisions:
             self._notify(f"     hit {log.collisions[-1][1]} and went back")
