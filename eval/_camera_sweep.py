@@ -22,8 +22,8 @@ from sloop_ppl.simulation import (
     flight_plan,
     make_detector,
     measured_rates,
+    nearest_free,
 )
-from sloop_ppl.simulation.world import nearest_free
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,9 +21,9 @@ from sloop_ppl.simulation import (
     World,
     flight_plan,
     look_of,
+    nearest_free,
     open_share,
 )
-from sloop_ppl.simulation.world import nearest_free
 
 __all__ = ["ARMS", "Arm", "FlownTarget", "FlownTrial", "trials_of"]
 

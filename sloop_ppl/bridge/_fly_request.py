@@ -37,10 +37,10 @@ from sloop_ppl.simulation import (
     check_film_path,
     flight_plan,
     look_of,
+    nearest_free,
     open_share,
     serve,
 )
-from sloop_ppl.simulation.world import nearest_free
 
 __all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request", "serve_flight"]
 
