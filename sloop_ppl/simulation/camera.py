@@ -120,7 +120,7 @@ class Pinhole:
         >>> lens = Pinhole(480, 360, 90.0, 0.0)
         >>> middle, corner = (lens.pixel_area_m2(*at, 10.0) for at in ((240, 180), (480, 360)))
         >>> round(middle / corner, 2)
-        4.63
+        7.34
         """
         u, v = (column - self.width / 2) / self.focal_px, (row - self.height / 2) / self.focal_px
         cosine = 1 / math.sqrt(1 + u * u + v * v)
