@@ -22,8 +22,8 @@ from sloop_ppl.simulation import (
     flight_plan,
     make_detector,
     measured_rates,
+    nearest_free,
 )
-from sloop_ppl.simulation.world import nearest_free
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -156,8 +156,12 @@ def sweep_camera(
 
 
 def sweep_figure(scores: Sequence[CameraScore]) -> Figure:
-    """Return a figure: detection rates by distance beside the planner's, and position errors."""
+    """Return a figure: detection rates by distance beside the planner's, and position errors.
+
+    Bars are the 95 % intervals of Wilson.
+    """
     from matplotlib.figure import Figure
+    from scipy.stats import binomtest
 
     from sloop_ppl.plots._palette import TARGET_COLOURS
 
@@ -168,9 +172,11 @@ def sweep_figure(scores: Sequence[CameraScore]) -> Figure:
         looks, hits = score.by_distance.T
         used = looks > 0
         share = hits[used] / looks[used]
-        spread = np.sqrt(np.maximum(share * (1 - share), 1e-4) / looks[used])
+        tests = [binomtest(int(k), int(n)) for n, k in score.by_distance[used]]
+        ends = np.array([test.proportion_ci(method="wilson") for test in tests]).reshape(-1, 2)
+        spread = np.abs(ends.T - share)
         x = np.arange(_BANDS)[used] + 0.5 + 0.04 * (len(left.containers) - 2.5)
-        left.errorbar(x, share, yerr=1.96 * spread, color=colour, marker="o", ms=4, label=label)
+        left.errorbar(x, share, yerr=spread, color=colour, marker="o", ms=4, label=label)
         left.axhline(measured_rates(score.detector).true_positive, color="0.2", lw=0.9, ls=":")
         errors = np.sort(score.errors_m)
         if len(errors):

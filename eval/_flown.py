@@ -1,133 +1,33 @@
-"""Searches of the same targets on the grid, with rays, and with the camera in the simulator."""
+"""Searches of the same targets on the grid, with rays, and with the camera, kept in a folder."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import joblib
 
+from sloop_ppl._foreign import ForeignFault, parse_json, read_text
 from sloop_ppl._journal import Journal
 from sloop_ppl._records import Fault, checked
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, SloopError
+from sloop_ppl.eval._backends import BACKENDS
+from sloop_ppl.eval._driver_watch import Driver
+from sloop_ppl.eval._flown_trial import ARMS, Arm, FlownTarget, FlownTrial, trials_of
+from sloop_ppl.eval._manifest import changes
+from sloop_ppl.eval._worker_process import one_thread
 from sloop_ppl.eval.descriptions import AnnotatedDescription
 from sloop_ppl.maps import CityMap
 from sloop_ppl.outputs import check_output_folder
-from sloop_ppl.planning import GridEnvironment, SearchConfig, SearchSpace, run_search
-from sloop_ppl.planning.environment import start_pose
-from sloop_ppl.rng import child
-from sloop_ppl.simulation import (
-    Camera,
-    Drone,
-    MujocoEnvironment,
-    World,
-    flight_plan,
-    look_of,
-    open_share,
-)
-from sloop_ppl.simulation.world import nearest_free
+from sloop_ppl.simulation import measured_rates
 
-__all__ = ["ARMS", "Arm", "FlownTrial", "fly_trials", "read_flown"]
+__all__ = ["fly_trials", "read_flown"]
 
-_LEAST_OPEN = 0.02
-_WALL_M = 1.5
-_MOVED_M = 7.5
-"""Targets whose annotated cell has no room for them within this are left out, metres."""
-
-
-@dataclass(frozen=True)
-class Arm:
-    """One way of running a trial.
-
-    Parameters
-    ----------
-    name
-        What it is called in tables.
-    where
-        ``grid``, or the name of a detector in the simulator.
-    altitude_m
-        How high the drone flies.
-    wind_m_s, gust_m_s
-        Mean wind and the standard deviation of its gusts.
-    """
-
-    name: str
-    where: str
-    altitude_m: float
-    wind_m_s: float = 0.0
-    gust_m_s: float = 0.0
-
-
-ARMS = (
-    Arm("grid, 14 m", "grid", 14.0),
-    Arm("rays, 14 m", "rays", 14.0, 2.0, 0.7),
-    Arm("camera, 14 m", "camera", 14.0, 2.0, 0.7),
-    Arm("grid, 10 m", "grid", 10.0),
-    Arm("rays, 10 m", "rays", 10.0),
-    Arm("camera, 10 m", "camera", 10.0),
-    Arm("rays, 10 m, gusts", "rays", 10.0, 3.0, 3.0),
-)
-"""The arms of ``sloop eval fly``, in their order; those of one altitude share starts and places."""
-
-
-@dataclass(frozen=True)
-class FlownTrial:
-    """What came of one trial under one arm.
-
-    Parameters
-    ----------
-    description, target, seed, arm
-        Which trial it is.
-    map
-        Name of the map.
-    reachable
-        Whether some pose that the planner can reach has the target's cell in view.
-    found, steps, discounted_reward
-        As of an episode.
-    collisions
-        How often the drone hit something.
-    moves
-        Moves forward that were flown.
-    in_view, detected
-        Looks with the target in the planner's view, and those of them that reported it.
-    false_reports
-        Looks without the target in view that reported it.
-    looks
-        Looks in all.
-    wrong_finds
-        Finds that marked nothing.
-    time_s
-        Simulated time, seconds; 0 on the grid.
-    lost
-        Whether the drone was lost.
-    """
-
-    description: str
-    target: str
-    seed: int
-    arm: str
-    map: str
-    reachable: bool
-    found: bool
-    steps: int
-    discounted_reward: float
-    collisions: int
-    moves: int
-    in_view: int
-    detected: int
-    false_reports: int
-    looks: int
-    wrong_finds: int
-    time_s: float
-    lost: bool
-
-    @property
-    def key(self) -> tuple[str, str, int, str]:
-        """What makes the trial the one it is."""
-        return self.description, self.target, self.seed, self.arm
+_TRIALS, _SETTINGS = "trials.jsonl", "settings.json"
 
 
 def fly_trials(
@@ -140,6 +40,7 @@ def fly_trials(
     arms: Sequence[Arm] = ARMS,
     sims: int = 500,
     max_steps: int = 120,
+    workers: int | None = None,
     notify: Callable[[str], None],
 ) -> list[FlownTrial]:
     """Run trials, or go on with those that a stopped run has left.
@@ -153,35 +54,56 @@ def fly_trials(
     out
         Folder of the run; trials are written there as they are done.
     targets
-        How many of the described targets are searched for, at most.
+        How many of the described targets are searched for, at most: those of all maps in turn, but
+        for those that have no room near their annotated cell, or of which nothing is said.
     seeds
         How often each, with other starts and other places within the cell.
     arms
         What each is run with.
     sims, max_steps
         Of each search.
+    workers
+        How many processes, > 0; as many as there are processors when None. Results do not depend
+        on it.
     notify
-        Called with a line of progress after each trial.
+        Called with a line of progress for each target left out and after each trial.
+
+    Raises
+    ------
+    InputError
+        When the folder has trials of other settings, or a line of it is no trial.
     """
+    workers = joblib.cpu_count() if workers is None else workers
+    if workers < 1:
+        raise InputError(f"The number of workers is {workers}; expected at least 1")
     folder = check_output_folder(out)
-    path = folder / "trials.jsonl"
+    path = folder / _TRIALS
+    _check_settings(
+        folder,
+        {"sims": sims, "max_steps": max_steps, "rates": asdict(measured_rates("camera"))},
+    )
     journal, done = Journal(path), {t.key: t for t in read_flown(path)}
-    chosen = _interleaved(descriptions)[:targets]
-    for seed in range(seeds):
-        for annotated, target in chosen:
-            missing = [a for a in arms if (annotated.id, target, seed, a.name) not in done]
-            if not missing:
-                continue
-            for trial in _trials_of(
-                annotated, target, seed, find_map(annotated.map), missing, sims, max_steps
-            ):
-                done[trial.key] = trial
-                journal.append(asdict(trial))
-                notify(
-                    f"{len(done)}: {trial.description} {trial.target} seed {seed}, {trial.arm}: "
-                    f"{'found' if trial.found else 'not found'}, {trial.steps} steps"
-                )
-    return [done[key] for key in sorted(done)]
+    chosen = _chosen(descriptions, find_map, targets, seeds, notify)
+    keys = [t.key(arm) for t in chosen for arm in arms]
+    jobs = []
+    for target in chosen:
+        for altitude in sorted({a.altitude_m for a in arms}, reverse=True):
+            left = [a for a in arms if a.altitude_m == altitude and target.key(a) not in done]
+            if left:
+                jobs.append((target, tuple(left)))
+    work = partial(_work, sims=sims, max_steps=max_steps, driver=Driver.this())
+    for trials in BACKENDS["joblib"](work, jobs, workers=workers, address=None):
+        if isinstance(trials, str):
+            raise InputError(trials)
+        for trial in trials:
+            journal.append(asdict(trial))
+            done[trial.key] = trial
+            notify(
+                f"{sum(key in done for key in keys)} of {len(keys)}: {trial.description} "
+                f"{trial.target} seed {trial.seed}, {trial.arm}: "
+                f"{'found' if trial.found else 'not found'}, {trial.steps} steps"
+            )
+    return [done[key] for key in sorted(keys)]
 
 
 def read_flown(path: Path) -> list[FlownTrial]:
@@ -204,132 +126,60 @@ def read_flown(path: Path) -> list[FlownTrial]:
     return trials
 
 
-def _interleaved(
+def _work(
+    job: tuple[FlownTarget, tuple[Arm, ...]], *, sims: int, max_steps: int, driver: Driver
+) -> list[FlownTrial] | str:
+    """Return the trials of a job, or the words of what is wrong: not all errors can be pickled."""
+    target, arms = job
+    with one_thread(stoppable=driver.is_this):
+        try:
+            return trials_of(target, arms, sims=sims, max_steps=max_steps)
+        except SloopError as error:
+            return f"{target.annotated.id} {target.target}: {error}"
+
+
+def _check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
+    """Keep the settings of a run in its folder, and refuse to go on under others."""
+    path = folder / _SETTINGS
+    if not path.exists():
+        path.write_text(json.dumps(settings, indent=1) + "\n", encoding="utf-8")
+        return
+    try:
+        held = parse_json(read_text(path, "File"))
+    except ForeignFault as error:
+        raise InputError(f"'{path}' is not JSON: {error}") from error
+    differing = changes(held if isinstance(held, dict) else {}, settings)
+    if differing:
+        raise InputError(
+            f"Output folder '{folder}' holds trials of other settings: {'; '.join(differing)}. "
+            "Choose another folder, or go back to those settings"
+        )
+
+
+def _chosen(
     descriptions: Sequence[AnnotatedDescription],
-) -> list[tuple[AnnotatedDescription, str]]:
-    """Return the targets, those of all maps in turn, so that a part of them speaks of each."""
+    find_map: Callable[[str], CityMap],
+    targets: int,
+    seeds: int,
+    notify: Callable[[str], None],
+) -> list[FlownTarget]:
+    """Return what is searched for, seed by seed, those of all maps in turn."""
     by_map: dict[str, list[tuple[AnnotatedDescription, str]]] = {}
     for annotated in descriptions:
         for target in annotated.targets:
             by_map.setdefault(annotated.map, []).append((annotated, target))
+    cities = {name: find_map(name) for name in by_map}
     longest = max((len(v) for v in by_map.values()), default=0)
-    return [v[i] for i in range(longest) for v in by_map.values() if i < len(v)]
-
-
-def _trials_of(
-    annotated: AnnotatedDescription,
-    target: str,
-    seed: int,
-    city: CityMap,
-    arms: Sequence[Arm],
-    sims: int,
-    max_steps: int,
-) -> Iterator[FlownTrial]:
-    """Yield what comes of one target and seed under each arm; nothing where it has no room."""
-    from sloop_ppl.inference import infer_description
-
-    rng = np.random.default_rng(seed)
-    rng = child(rng, "flown", annotated.id, target)
-    place = annotated.targets[target]
-    jitter = child(rng, "place").uniform(-0.45, 0.45, 2) * city.grid.cell_m
-    inside = _clamped(city, (place.x_m + jitter[0], place.y_m + jitter[1]))
-    free = nearest_free(city, inside, _WALL_M)
-    if math.dist(free, (place.x_m, place.y_m)) > _MOVED_M or not city.grid.contains(*free):
-        return
-    objects = {t.id: t for t in annotated.objects}
-    known = objects.get(target)
-    look = look_of(target) if known is None else look_of(target, known.kind, known.colour)
-    world = World.from_map(city, {target: free}, looks={target: look}, seed=seed)
-    description = annotated.description(world.city)
-    if not any(r.figure == target for r in description.relations):
-        return
-    posterior, _ = infer_description(description, world.city, "bayes")
-    share = np.maximum(open_share(world.city), _LEAST_OPEN)
-    belief = np.maximum(posterior.belief(target) * share, 1e-15)
-    for altitude in sorted({a.altitude_m for a in arms}, reverse=True):
-        same = [a for a in arms if a.altitude_m == altitude]
-        detector = "camera"  # the planner of all arms takes the sensor to be the camera
-        config, sensor = flight_plan(
-            world.city, SearchConfig(sims=sims, max_steps=max_steps), altitude, detector
-        )
-        space = SearchSpace.of_city(world.city, (target,), config, sensor=sensor)
-        start = start_pose(None, space, rng)
-        reachable = _is_reachable(space, space.snap(start), free)
-        for arm in same:
-            yield replace(
-                _run(arm, world, space, start, {target: belief}, rng),
-                description=annotated.id, target=target, seed=seed, map=city.name,
-                reachable=reachable,
-            )  # fmt: skip
-
-
-def _clamped(city: CityMap, place: tuple[float, float]) -> tuple[float, float]:
-    west, south, east, north = city.grid.extent_m
-    return (
-        min(max(place[0], west + 0.5), east - 0.5),
-        min(max(place[1], south + 0.5), north - 0.5),
-    )
-
-
-def _is_reachable(space: SearchSpace, pose: int, place: tuple[float, float]) -> bool:
-    """Tell whether some pose that can be reached has a place's cell in view."""
-    from sloop_ppl.planning._search_tables import likeliest_poses, reach_from
-
-    row, col = space.grid.cell_at(*place)
-    reach = reach_from(pose, likeliest_poses(space))
-    near = np.flatnonzero(reach.steps >= 0)
-    cells = near // 8
-    close = (np.abs(cells // space.n_cols - row) <= 4) & (np.abs(cells % space.n_cols - col) <= 4)
-    cell = row * space.n_cols + col
-    return any(cell in space.view(int(p)) for p in near[close])
-
-
-def _run(
-    arm: Arm,
-    world: World,
-    space: SearchSpace,
-    start: Any,
-    beliefs: dict[str, Any],
-    rng: np.random.Generator,
-) -> FlownTrial:
-    (target,) = beliefs
-    search_rng = child(rng, "search")
-    kwargs: dict[str, Any] = {"config": space.config, "sensor": space.sensor, "rng": search_rng}
-    if arm.where == "grid":
-        environment = GridEnvironment(
-            space, world.places, start, rng=child(rng, "grid environment")
-        )
-        episode = run_search(beliefs, world.city, world.places, environment=environment, **kwargs)
-        log, time_s, collisions, lost = None, 0.0, 0, False
-    else:
-        drone = Drone(
-            world, tuple(start), altitude_m=arm.altitude_m, wind_m_s=arm.wind_m_s,
-            gust_m_s=arm.gust_m_s, rng=child(rng, "drone", arm.name),
-        )  # fmt: skip
-        with Camera(world, drone) as camera:
-            flown = MujocoEnvironment(
-                world, drone, camera, detector=arm.where, config=space.config,
-                sensor=space.sensor,
-            )  # fmt: skip
-            episode = run_search(beliefs, world.city, world.places, environment=flown, **kwargs)
-        log, time_s, collisions = flown.log, drone.time_s, len(flown.log.collisions)
-        lost = any("lost" in note for note in episode.notes)
-    looked = [i for i, action in enumerate(episode.actions) if not action.startswith("find")]
-    seen = [episode.observations[i].get(target) is not None for i in looked]
-    cell = world.city.grid.cell_at(*world.places[target])
-    if log is None:
-        visible = [bool(episode.views[i + 1][cell]) for i in looked]
-    else:
-        visible = [target in log.in_view[i] for i in looked]
-    finds = [i for i, action in enumerate(episode.actions) if action.startswith("find")]
-    return FlownTrial(
-        description="", target=target, seed=0, arm=arm.name, map="", reachable=True,
-        found=episode.found, steps=episode.steps,
-        discounted_reward=episode.discounted_return, collisions=collisions,
-        moves=sum(a == "forward" for a in episode.actions),
-        in_view=sum(visible),
-        detected=sum(a and b for a, b in zip(visible, seen, strict=True)),
-        false_reports=sum(b and not a for a, b in zip(visible, seen, strict=True)),
-        looks=len(looked), wrong_finds=sum(episode.rewards[i] < 0 for i in finds),
-        time_s=round(time_s, 2), lost=lost,
-    )  # fmt: skip
+    chosen: list[list[FlownTarget]] = []
+    for annotated, target in (v[i] for i in range(longest) for v in by_map.values() if i < len(v)):
+        if len(chosen) == targets:
+            break
+        of_seeds = [FlownTarget(annotated, target, s, cities[annotated.map]) for s in range(seeds)]
+        fault = next((t.fault() for t in of_seeds if t.fault()), "")
+        if fault:
+            notify(f"{annotated.id} {target} is left out: {fault}")
+        else:
+            chosen.append(of_seeds)
+    if len(chosen) < targets:
+        notify(f"{len(chosen)} targets can be searched for; {targets} were asked for")
+    return [of_seeds[seed] for seed in range(seeds) for of_seeds in chosen]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
-from sloop_ppl.eval._flown import ARMS, FlownTrial
+from sloop_ppl.eval._flown_trial import ARMS, FlownTrial
 
 __all__ = ["ArmSummary", "flown_lines", "flown_summary"]
 
@@ -151,18 +151,13 @@ def _wilson(k: int, n: int) -> tuple[float, float]:
     """Return the 95 % interval of a share (Wilson 1927)."""
     if n == 0:
         return 0.0, 1.0
-    z, p = 1.959964, k / n
-    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    low, high = binomtest(k, n).proportion_ci(method="wilson")
+    return float(low), float(high)
 
 
 def _exact(k: int, n: int) -> tuple[float, float]:
     """Return the exact 95 % interval of a rate; one-sided where there was none (Clopper 1934)."""
-    from scipy.stats import beta
-
     if n == 0:
         return 0.0, 1.0
-    if k == 0:
-        return 0.0, float(1 - 0.05 ** (1 / n))
-    return float(beta.ppf(0.025, k, n - k + 1)), float(beta.ppf(0.975, k + 1, n - k))
+    low, high = binomtest(k, n, alternative="two-sided" if k else "less").proportion_ci()
+    return float(low), float(high)

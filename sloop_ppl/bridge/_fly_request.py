@@ -27,6 +27,7 @@ from sloop_ppl.rng import child
 from sloop_ppl.simulation import (
     DETECTORS,
     Camera,
+    Detection,
     Drone,
     Film,
     Look,
@@ -36,10 +37,10 @@ from sloop_ppl.simulation import (
     check_film_path,
     flight_plan,
     look_of,
+    nearest_free,
     open_share,
     serve,
 )
-from sloop_ppl.simulation.world import nearest_free
 
 __all__ = ["FlyRequest", "in_the_open", "looks_of", "run_fly_request", "serve_flight"]
 
@@ -151,6 +152,7 @@ class _Staging:
         self.film: Film | None = None
         self.places: dict[str, tuple[float, float]] = {}
         self._environment: MujocoEnvironment | None = None
+        self._seen: tuple[Detection, ...] = ()
 
     def __call__(
         self,
@@ -274,7 +276,9 @@ class _Staging:
         if environment is None:
             return
         log = environment.log
+        if log.detections and not step.action.startswith("find"):
+            self._seen = log.detections[-1]  # a find goes by the look before it
         if self.film is not None:
-            self.film.look(log.detections[-1] if log.detections else ())
+            self.film.look(self._seen)
         if step.collision and log.collisions:
             self._notify(f"     hit {log.collisions[-1][1]} and went back")

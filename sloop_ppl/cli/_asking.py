@@ -11,6 +11,8 @@ from sloop_ppl.cli._options import (
     Area,
     Hearer,
     Json,
+    MaybeMap,
+    MaybeText,
     Model,
     Targets,
     Viewpoint,
@@ -22,13 +24,8 @@ __all__ = ["ask"]
 
 
 def ask(
-    text: Annotated[
-        str | None, typer.Argument(help="What was said, in English.", show_default=False)
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option("--map", help="A bundled map's name or a .geojson file.", show_default=False),
-    ] = None,
+    text: MaybeText = None,
+    map_: MaybeMap = None,
     posterior: Annotated[
         Path | None, typer.Option(help="A saved posterior to ask about; TEXT adds to it.")
     ] = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -21,9 +21,6 @@ from sloop_ppl.cli._options import (
     unused_options,
 )
 from sloop_ppl.cli._output import print_data, print_json, progress
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["app"]
 
@@ -58,6 +55,10 @@ LearnFrom = Annotated[
         help="Further description files that --cv learns from; may be repeated.",
         show_default=False,
     ),
+]
+
+Workers = Annotated[
+    int | None, typer.Option(help="Processes; else one per processor.", show_default=False)
 ]
 
 app = typer.Typer(help="Score parsers, beliefs and searches on descriptions.", no_args_is_help=True)
@@ -204,9 +205,7 @@ def search(
         typer.Option(help="The two models compared first; else bayes,sloop-m4."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; else one per processor.", show_default=False)
-    ] = None,
+    workers: Workers = None,
     backend: Annotated[str, typer.Option(help="joblib, ray or dask.")] = "joblib",
     address: Annotated[
         str | None, typer.Option(help="Of the Ray or Dask cluster.", show_default=False)
@@ -442,6 +441,7 @@ def fly(
     seeds: Annotated[int, typer.Option(min=1, help="Trials of each.")] = 2,
     sims: Sims = 500,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a search, at most.")] = 120,
+    workers: Workers = None,
     json: Json = False,
 ) -> None:
     """Search for the same targets on the grid, with rays, and with the camera in the simulator."""
@@ -456,7 +456,7 @@ def fly(
     described = read_descriptions(files, find_map) if files else bundled_examples()
     trials = fly_trials(
         described, find_map, out, targets=targets, seeds=seeds, sims=sims, max_steps=steps,
-        notify=progress,
+        workers=workers, notify=progress,
     )  # fmt: skip
     summary = flown_summary(trials)
     if json:

@@ -7,62 +7,30 @@ from typing import Annotated
 
 import typer
 
-from sloop_ppl.cli._options import (
-    AnswerError,
-    Answers,
-    Area,
-    Engine,
-    EpisodeOut,
-    Explain,
-    Figure,
-    Frames,
-    Hearer,
-    Json,
-    MaybeMap,
-    MaybeText,
-    Model,
-    Params,
-    Planner,
-    PlayedPage,
-    Prior,
-    QuestionCost,
-    Questions,
-    QuestionSteps,
-    Say,
-    Seed,
-    Settings,
-    Sims,
-    Start,
-    Steps,
-    Targets,
-    TruePlaces,
-    Variant,
-    Viewpoint,
-    refuse_options_of_answers,
-    unused_options,
-)
-from sloop_ppl.cli._output import print_data, print_json, progress
+from sloop_ppl.cli import _options as opt
+from sloop_ppl.cli._output import progress
+from sloop_ppl.cli._search import show_search
 
 __all__ = ["fly"]
 
 
 def fly(
     context: typer.Context,
-    text: MaybeText = None,
-    map_: MaybeMap = None,
-    place: TruePlaces = None,
-    start: Start = None,
-    targets: Targets = None,
-    model: Model = "bayes",
-    variant: Variant = "published",
-    engine: Engine = "exact",
-    frames: Frames = None,
-    params: Params = None,
-    prior: Prior = None,
-    viewpoint: Viewpoint = "map",
-    hearer: Hearer = None,
-    area: Area = None,
-    utterances: Say = None,
+    text: opt.MaybeText = None,
+    map_: opt.MaybeMap = None,
+    place: opt.TruePlaces = None,
+    start: opt.Start = None,
+    targets: opt.Targets = None,
+    model: opt.Model = "bayes",
+    variant: opt.Variant = "published",
+    engine: opt.Engine = "exact",
+    frames: opt.Frames = None,
+    params: opt.Params = None,
+    prior: opt.Prior = None,
+    viewpoint: opt.Viewpoint = "map",
+    hearer: opt.Hearer = None,
+    area: opt.Area = None,
+    utterances: opt.Say = None,
     altitude: Annotated[float, typer.Option(help="How high the drone flies, metres.")] = 14.0,
     wind: Annotated[
         float, typer.Option(help="Speed of the wind, m/s; its gusts are a third of it.")
@@ -80,26 +48,26 @@ def fly(
             min=1, help="Steps that the battery lasts; else for ever.", show_default=False
         ),
     ] = None,
-    planner: Planner = "fast",
-    sims: Sims = 1000,
-    steps: Steps = None,
-    settings: Settings = None,
-    answers: Answers = None,
-    questions: Questions = 1,
-    question_cost: QuestionCost = 10,
-    question_steps: QuestionSteps = 0,
-    answer_error: AnswerError = 0.1,
-    explain: Explain = False,
-    seed: Seed = 0,
-    out: EpisodeOut = None,
-    figure: Figure = None,
+    planner: opt.Planner = "fast",
+    sims: opt.Sims = 1000,
+    steps: opt.Steps = None,
+    settings: opt.Settings = None,
+    answers: opt.Answers = None,
+    questions: opt.Questions = 1,
+    question_cost: opt.QuestionCost = 10,
+    question_steps: opt.QuestionSteps = 0,
+    answer_error: opt.AnswerError = 0.1,
+    explain: opt.Explain = False,
+    seed: opt.Seed = 0,
+    out: opt.EpisodeOut = None,
+    figure: opt.Figure = None,
     video: Annotated[
         Path | None, typer.Option(help="Film the flight, its camera and the belief, .gif or .mp4.")
     ] = None,
     mjcf: Annotated[
         Path | None, typer.Option(help="Write the city as MuJoCo reads it, .xml.")
     ] = None,
-    html: PlayedPage = None,
+    html: opt.PlayedPage = None,
     serve: Annotated[
         int | None,
         typer.Option(
@@ -109,7 +77,7 @@ def fly(
             show_default=False,
         ),
     ] = None,
-    json: Json = False,
+    json: opt.Json = False,
 ) -> None:
     """Infer where the targets of a sentence are and fly a drone through the city to find them.
 
@@ -122,7 +90,7 @@ def fly(
     from sloop_ppl.bridge._search_request import SearchRequest
     from sloop_ppl.outputs import check_output
 
-    refuse_options_of_answers(context, answers)
+    opt.refuse_options_of_answers(context, answers)
     request = SearchRequest(
         text=text, map_name=map_, places=tuple(place or ()), start=start, targets=targets,
         model=model, variant=variant, engine=engine, frames=frames, params=params, prior=prior,
@@ -138,11 +106,4 @@ def fly(
     if serve is not None:
         serve_flight(flight, serve, notify=progress)
         return
-    lines = run_fly_request(flight, notify=progress)
-    if html:
-        from sloop_ppl.web import write_page
-
-        write_page(html, lines.posterior, lines.episode, seed=seed)
-    for line in unused_options(context, planner):
-        progress(line)
-    print_json(lines.report) if json else print_data(*lines.summary)
+    show_search(context, run_fly_request(flight, notify=progress), html, json=json)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from sloop_ppl._rooms import load_later
 
 if TYPE_CHECKING:
-    from sloop_ppl.simulation.airsim_client import AirSimEnvironment, connect
+    from sloop_ppl.simulation.airsim_client import AirSimEnvironment
+    from sloop_ppl.simulation.airsim_connection import connect
     from sloop_ppl.simulation.airsim_server import AIRSIM_PORT, AirSimServer, serve
     from sloop_ppl.simulation.camera import Camera, Pinhole
     from sloop_ppl.simulation.detectors import (
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from sloop_ppl.simulation.drone import Drone
     from sloop_ppl.simulation.environment import FlightLog, MujocoEnvironment
     from sloop_ppl.simulation.film import Film, camera_panel, check_film_path
+    from sloop_ppl.simulation.free_places import nearest_free
     from sloop_ppl.simulation.looks import COLOURS, KIND_SIZES, Look, look_of
     from sloop_ppl.simulation.sensor import FlightSensor, SensorRates, open_share
     from sloop_ppl.simulation.served_drone import ServedDrone
@@ -77,6 +79,7 @@ __all__ = [
     "look_of",
     "make_detector",
     "measured_rates",
+    "nearest_free",
     "need_simulator",
     "open_share",
     "read_altitudes",
@@ -84,7 +87,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    "airsim_client": ("AirSimEnvironment", "connect"),
+    "airsim_client": ("AirSimEnvironment",),
+    "airsim_connection": ("connect",),
     "airsim_server": ("AIRSIM_PORT", "AirSimServer", "serve"),
     "camera": ("Camera", "Pinhole"),
     "detectors": (
@@ -100,6 +104,7 @@ _HOMES = {
     "drone": ("Drone",),
     "environment": ("FlightLog", "MujocoEnvironment"),
     "film": ("Film", "camera_panel", "check_film_path"),
+    "free_places": ("nearest_free",),
     "looks": ("COLOURS", "KIND_SIZES", "Look", "look_of"),
     "sensor": ("FlightSensor", "SensorRates", "open_share"),
     "served_drone": ("ServedDrone",),

@@ -9,7 +9,7 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-from sloop_ppl.errors import InputError
+from sloop_ppl.errors import InputError, on_one_line
 
 __all__ = ["GL_PACKAGES", "mujoco", "rendering_fault"]
 
@@ -27,7 +27,7 @@ def mujoco() -> Any:
     Raises
     ------
     InputError
-        When it is not installed.
+        When it is not installed, or cannot be imported, as with a MUJOCO_GL that it does not know.
 
     Notes
     -----
@@ -41,19 +41,30 @@ def mujoco() -> Any:
         )
     if "mujoco" not in sys.modules and "MUJOCO_GL" not in os.environ and sys.platform == "linux":
         os.environ["MUJOCO_GL"] = next((name for name in _LIBRARIES if _has(name)), "disable")
-    import mujoco as module
-
+    try:
+        import mujoco as module
+    except Exception as error:  # drivers fail in many ways; a MUJOCO_GL it does not know is one
+        chosen = os.environ.get("MUJOCO_GL", "")
+        raise InputError(
+            f"mujoco cannot be imported with MUJOCO_GL={chosen}: {on_one_line(str(error))}; unset "
+            "it, or set it to egl, osmesa or disable"
+        ) from error
     return module
 
 
 def rendering_fault() -> str:
     """Return why no pictures can be made here; empty where they can."""
     mujoco()
-    chosen = os.environ.get("MUJOCO_GL", "")
-    if chosen in _LIBRARIES and not _has(chosen):
-        return f"MUJOCO_GL is {chosen}, of which the library is not installed"
+    chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if chosen in _LIBRARIES:
+        return "" if _has(chosen) else f"MUJOCO_GL is {chosen}, of which the library is missing"
     if chosen in ("disable", "disabled", "off", "false", "0"):
+        if any(map(_has, _LIBRARIES)):
+            return f"MUJOCO_GL is {chosen}; unset it"
         return "there is neither EGL nor OSMesa"
+    screens = {"DISPLAY", "WAYLAND_DISPLAY"} & set(os.environ)
+    if sys.platform == "linux" and not screens:
+        return f"MUJOCO_GL is {chosen}, which needs a screen; set it to egl or osmesa"
     return ""
 
 

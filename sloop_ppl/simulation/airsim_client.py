@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
-import socket
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -13,15 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sloop_ppl.errors import InputError, OutsideMap, UnknownName, on_one_line
+from sloop_ppl.errors import InputError, OutsideMap, UnknownName
 from sloop_ppl.planning import Outcome, Pose, Report, SearchAction, SearchSpace
 from sloop_ppl.simulation._airsim_vision import Camera, ground_point, middle_of, pixels_of
-from sloop_ppl.simulation._msgpack_rpc import msgpack_module
 from sloop_ppl.simulation._ned import NedFrame, ned_yaw_deg, rotation, yaw_pitch
-from sloop_ppl.simulation.airsim_server import AIRSIM_PORT
+from sloop_ppl.simulation.airsim_connection import asked, refuse_running_loop
 from sloop_ppl.simulation.vehicle import VehiclePose
 
-__all__ = ["AirSimEnvironment", "connect"]
+__all__ = ["AirSimEnvironment"]
 
 T = TypeVar("T")
 
@@ -33,45 +30,6 @@ _KEEP_YAW, _MARGIN_DEG = 0, 2.0
 
 _INSIDE_M = 1e-3
 """The east and south borders of the last cells are outside; this far from them is inside."""
-
-
-def connect(host: str = "127.0.0.1", port: int = AIRSIM_PORT, timeout_s: float = 300.0) -> Any:
-    """Return a client of the AirSim that listens at an address.
-
-    Parameters
-    ----------
-    host, port
-        The address.
-    timeout_s
-        How long a single call may take, seconds.
-
-    Returns
-    -------
-    cosysairsim.MultirotorClient
-        Connected, and of a version that the server takes.
-
-    Raises
-    ------
-    InputError
-        When the client is not installed, an event loop is running in this thread, or nothing that
-        speaks AirSim's calls answers.
-    """
-    try:
-        import cosysairsim
-    except ImportError:
-        raise InputError(
-            "AirSim's client is not installed; expected pip install 'sloop-ppl[airsim]'"
-        ) from None
-    _refuse_running_loop()
-    _refuse_silence(host, port)
-    client = cosysairsim.MultirotorClient(host, port, timeout_value=timeout_s)
-    wanted, has = _asked(client.getMinRequiredClientVersion), client.getClientVersion()
-    if has < wanted:
-        raise InputError(
-            f"The AirSim at {host}:{port} wants clients of version {wanted}, cosysairsim has "
-            f"{has}; expected pip install --upgrade cosysairsim"
-        )
-    return client
 
 
 class AirSimEnvironment:
@@ -139,7 +97,7 @@ class AirSimEnvironment:
         for name, value in {"altitude_m": altitude_m, "speed_m_s": speed_m_s}.items():
             if not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} is {value:g}; expected a positive number")
-        _refuse_running_loop()
+        refuse_running_loop()
         if start is not None:
             space.snap(start)  # refuses what is off the map
         self._client, self._space, self._frame = client, space, NedFrame(*origin_m)
@@ -358,8 +316,8 @@ class AirSimEnvironment:
 
     def _call(self, call: Callable[[], T]) -> T:
         """Make a call, and say in one line what went wrong."""
-        _refuse_running_loop()
-        return _asked(call)
+        refuse_running_loop()
+        return asked(call)
 
 
 def _as_believed(place: tuple[float, float], truth: Pose, believed: Pose) -> tuple[float, float]:
@@ -380,54 +338,3 @@ def _quaternion(orientation: Any) -> tuple[float, float, float, float]:
 
 def _vector(position: Any) -> tuple[float, float, float]:
     return position.x_val, position.y_val, position.z_val
-
-
-def _asked(call: Callable[[], T]) -> T:
-    """Return what a call of the client returns; its errors are the user's to read."""
-    try:
-        return call()
-    except Exception as error:
-        # Of RPCError and its kinds, by name: a client of one's own need not have the package.
-        if not any(kind.__name__ == "RPCError" for kind in type(error).__mro__):
-            raise
-        raise InputError(
-            f"AirSim did not carry out a call: {on_one_line(str(error))}; expected a simulator "
-            "that runs, with a multirotor in it"
-        ) from None
-
-
-def _refuse_running_loop() -> None:
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return
-    raise InputError(
-        "AirSim's client was called while an event loop is running in this thread (an async "
-        "function, a notebook cell); expected a thread without one: asyncio.to_thread(...)"
-    )
-
-
-def _refuse_silence(host: str, port: int, timeout_s: float = 5.0) -> None:
-    """Refuse an address at which nothing answers a ping.
-
-    The client itself would wait for an hour where something else listens.
-    """
-    msgpack = msgpack_module()
-    expected = "expected an AirSim that runs, or sloop fly --serve PORT"
-    answers: list[Any] = []
-    try:
-        with socket.create_connection((host, port), timeout=timeout_s) as connection:
-            connection.sendall(msgpack.packb([0, 0, "ping", []]))
-            unpacker = msgpack.Unpacker(max_buffer_size=1 << 16)
-            while not answers and (data := connection.recv(1 << 12)):
-                unpacker.feed(data)
-                answers += unpacker
-    except (OSError, OverflowError) as error:
-        reason = "no answer" if isinstance(error, TimeoutError) else error
-        raise InputError(f"No AirSim at {host}:{port} ({reason}); {expected}") from None
-    except (ValueError, msgpack.UnpackException):
-        pass  # no msgpack
-    if answers[:1] != [[1, 0, None, True]]:
-        raise InputError(
-            f"What listens at {host}:{port} is no AirSim: it does not answer a ping; {expected}"
-        )

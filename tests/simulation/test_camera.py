@@ -18,6 +18,7 @@ from sloop_ppl.simulation import (
     World,
     make_detector,
 )
+from sloop_ppl.simulation._mujoco import rendering_fault
 
 CALM = {"drift_m": 0.0, "noise_m": 0.0, "yaw_drift_rad": 0.0}
 FIELD = CityMap("field", Grid.square(60.0), ())
@@ -49,7 +50,7 @@ def test_the_middle_of_a_picture_that_looks_down_is_below():
 
 
 def test_the_whole_fan_is_in_the_picture():
-    lens = Pinhole(480, 360, 76.0, -55.0)
+    lens = Pinhole(600, 360, 76.0, -55.0)
     for altitude in (10.0, 14.0):
         pose = VehiclePose(0, 0, altitude, 0.0)
         fan = [
@@ -59,7 +60,7 @@ def test_the_whole_fan_is_in_the_picture():
         ]
         pixels = lens.project(np.array(fan), pose)
         assert (pixels > 5).all()
-        assert (pixels < (475, 355)).all()
+        assert (pixels < (595, 355)).all()
 
 
 @pytest.mark.parametrize("name", ["rays", "oracle", "segmentation", "camera"])
@@ -82,6 +83,30 @@ def test_targets_are_put_where_they_stand(request, name):
     assert seen == 24
     assert max(errors) < 0.75
     assert np.mean(errors) < 0.35
+
+
+@pytest.mark.parametrize("name", ["rays", "segmentation", "camera"])
+def test_a_target_by_the_corner_of_the_picture_has_its_size(request, name):
+    """From 10 m, three cells away, straight on and 45 degrees to either side."""
+    if name != "rays":
+        request.getfixturevalue("rendering")
+    for target in ("RedCar", "BlueVan"):
+        alone = World.from_map(FIELD, {target: (0.0, 0.0)}, parked=0)
+        for off in (-45, -22, 0, 22, 45):
+            drone = seen_from(alone, -15.0, 0.0, math.radians(off), altitude=10.0, **CALM)
+            with Camera(alone, drone) as camera:
+                (found,) = make_detector(name, camera).detect()
+                assert math.dist(found.place, (0.0, 0.0)) < 0.9
+
+
+def test_pixels_cover_equal_solid_angles_together():
+    """All pixels of a picture cover the solid angle of its pyramid (Van Oosterom, Strackee)."""
+    lens = Pinhole(60, 40, 80.0, -30.0)
+    columns, rows = np.meshgrid(np.arange(60) + 0.5, np.arange(40) + 0.5)
+    whole = sum(lens.pixel_area_m2(c, r, 1.0) for c, r in zip(columns.flat, rows.flat, strict=True))
+    a, b = 30 / lens.focal_px, 20 / lens.focal_px
+    exact = 4 * math.asin(a * b / math.sqrt((1 + a * a) * (1 + b * b)))
+    assert whole == pytest.approx(exact, rel=2e-3)
 
 
 def test_the_estimate_of_the_pose_is_what_places_rest_on(rendering):
@@ -124,7 +149,7 @@ def test_pictures_are_deterministic_and_coloured(rendering, yard):
     world = World.from_map(yard, {"RedCar": (10.0, 8.0)})
     with Camera(world, seen_from(world, 20.0, 8.0, math.pi)) as camera:
         one, two = camera.picture(), camera.picture()
-        assert one.shape == (360, 480, 3)
+        assert one.shape == (360, 600, 3)
         assert np.array_equal(one, two)
         assert one.std() > 10
         assert (one > 250).mean() < 0.02  # nothing is overexposed
@@ -202,3 +227,23 @@ def test_without_graphics_the_packages_are_named_and_rays_go_on(monkeypatch):
     with pytest.raises(InputError, match=r"none is here\); install .* libegl1 .*libosmesa6.*rays"):
         camera.picture()
     assert len(make_detector("rays", camera).detect()) == 1
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ("osmesa", "MUJOCO_GL is osmesa, of which the library is missing"),
+        ("disable", "there is neither EGL nor OSMesa"),
+        ("glfw", "MUJOCO_GL is glfw, which needs a screen; set it to egl or osmesa"),
+    ],
+)
+def test_why_there_are_no_pictures_is_said(monkeypatch, chosen, words):
+    monkeypatch.setattr("sloop_ppl.simulation._mujoco._has", lambda name: name == "none")
+    monkeypatch.setenv("MUJOCO_GL", chosen)
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(screen, raising=False)
+    assert rendering_fault() == words
+    monkeypatch.setattr("sloop_ppl.simulation._mujoco._has", lambda name: True)
+    assert rendering_fault() == {"osmesa": "", "disable": "MUJOCO_GL is disable; unset it"}.get(
+        chosen, words
+    )

@@ -10,9 +10,8 @@ import shapely
 
 from sloop_ppl.errors import InputError, OutputError, OutsideMap, UnknownName
 from sloop_ppl.maps import CityMap, Grid, load_map
-from sloop_ppl.simulation import Look, World, look_of
+from sloop_ppl.simulation import Look, World, look_of, nearest_free
 from sloop_ppl.simulation._mujoco import mujoco
-from sloop_ppl.simulation.world import nearest_free
 
 
 def first_hit(world, x, y):
