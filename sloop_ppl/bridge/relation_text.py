@@ -30,6 +30,8 @@ __all__ = [
 # Grounds that are named one by one; of more, "any of 7 places".
 _MOST_LABELS = 3
 _MOST_PLACES = 4
+# Share of the places that a mention may be, from which the first one alone is named.
+_SURE = 0.9
 # Cosine of the greatest angle between a compass word and the bearing of "upper left" (45 degrees).
 _ALIKE = 0.7
 # Readings that are less probable, before and after, are not reported.
@@ -138,8 +140,15 @@ def _place(ground: str | None, names: PlaceNames) -> str:
 
 
 def relation_in_words(relation: SpatialRelation, names: PlaceNames) -> str:
-    """Return a relation in words, such as "not 20 m north of Velvet Dog"."""
-    labels = [ground_label(names, ground) for ground in relation.grounds]
+    """Return a relation in words, such as "not 20 m north of Velvet Dog".
+
+    A mention that may be several places is called by those that it may be, "Ivy or Barley House",
+    or "Ivy or one of 6 others": by its first one alone it would read as if that were known.
+    """
+    if relation.each:
+        labels = [ground_label(names, ground) for ground in relation.grounds]
+    else:
+        labels = [_mentioned(relation, i, names) for i in range(len(relation.grounds))]
     grounds = (" or " if relation.each else " and ").join(labels)
     if relation.each and len(labels) > _MOST_LABELS:
         grounds = f"any of {len(labels)} places, such as {labels[0]}"
@@ -153,6 +162,18 @@ def relation_in_words(relation: SpatialRelation, names: PlaceNames) -> str:
     if relation.part.kind != "number":
         phrase = f"{phrase} the"
     return f"{denied}{far}{phrase} {part_in_words(relation.part, grounds)}"
+
+
+def _mentioned(relation: SpatialRelation, index: int, names: PlaceNames) -> str:
+    """Return what one mention of a relation may be, or is where that is all but certain."""
+    places = [c for c in relation.slot(index) if c.ground is not None]
+    label = ground_label(names, relation.grounds[index])
+    if len(places) < 2 or places[0].probability >= _SURE * sum(c.probability for c in places):
+        return label
+    others = [c.ground for c in places if c.ground != relation.grounds[index]]
+    if len(others) == 1:
+        return f"{label} or {ground_label(names, str(others[0]))}"
+    return f"{label} or one of {len(others)} others"
 
 
 def _is_side_of(relation: SpatialRelation) -> bool:

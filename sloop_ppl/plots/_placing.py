@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -105,6 +106,7 @@ class Placer:
         self.taken: list[BaseGeometry] = []
         self.bounds = np.empty((0, 4))
         self.dots = np.empty((0, 2))
+        self._limit = math.inf  # spots of at least this cost are not needed, nor measured
         self._sizes: dict[tuple[str, float, str, str], tuple[float, float]] = {}
 
     def block(self, box: Bbox) -> None:
@@ -134,17 +136,17 @@ class Placer:
             best: tuple[float, _Spot, BaseGeometry] | None = None
             # Costs of places run from 0, ideal, to about 1, poor; a label that must stand takes
             # any.
-            limit = 9.0 if label.must else 1.0
+            self._limit = 9.0 if label.must else 1.0
             for spot in self._spots(label, shape):
-                if spot.cost >= (best[0] if best else limit):
+                if spot.cost >= self._limit:
                     continue
                 box = self._box(label, spot)
                 if not self._free(box):
                     continue
                 # Hiding the dot of another place costs as much as seven worse sides.
                 cost = spot.cost + 0.3 * self._dots_under(box)
-                if cost < (best[0] if best else limit):
-                    best = cost, spot, box
+                if cost < self._limit:
+                    best, self._limit = (cost, spot, box), cost
             if best is not None:
                 _, spot, box = best
                 self._take(box)
@@ -185,6 +187,8 @@ class Placer:
         # Right of the point, left, above, below, then the corners: each rank costs 0.04.
         ways = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
         for k, text in enumerate(_wrapped(label.text)):
+            if 0.06 * k >= self._limit:
+                return
             size = self.base_pt * label.size
             w, h = self._measure(text, size, label)
             for rank, (dx, dy) in enumerate(ways):
@@ -212,6 +216,8 @@ class Placer:
         reach = float(np.hypot(east - west, north - south)) or 1.0
         for shrink in _SHRINK:
             for k, text in enumerate(_wrapped(label.text)):
+                if 0.04 * k + (1 - shrink) >= self._limit:
+                    break
                 size = self.base_pt * label.size * shrink
                 w, h = self._measure(text, size, label)
                 half = np.array([w / 2, h / 2])
@@ -233,6 +239,8 @@ class Placer:
         parts = [p for p in shapely.get_parts(seen) if p.geom_type == "LineString"]
         for part in sorted(parts, key=lambda p: -p.length):
             for shrink in _SHRINK:
+                if 1 - shrink >= self._limit:
+                    break
                 size = self.base_pt * label.size * shrink
                 w, h = self._measure(label.text, size, label)
                 if w > part.length:

@@ -16,6 +16,9 @@ __all__ = ["FreeGround", "Place", "checked_place", "nearest_free"]
 Place = tuple[float, float]
 """x and y, metres."""
 
+_RIM_M = 0.01
+"""How far inside the map's border a place stays."""
+
 
 def checked_place(city: CityMap, name: str, place: Place) -> Place:
     """Return where a target stands, or say why it cannot stand there."""
@@ -54,7 +57,8 @@ def nearest_free(city: CityMap, place: Place, clearance_m: float = 1.0) -> Place
     west, south, east, north = city.grid.extent_m
     if not built.contains(point):
         return float(place[0]), float(place[1])
-    border = built.boundary.intersection(shapely.box(west, south, east, north))
+    within = shapely.box(west, south, east, north).buffer(-_RIM_M, join_style="mitre")
+    border = built.boundary.intersection(within)
     if border.is_empty:
         return float(place[0]), float(place[1])
     _, foot = shapely.get_coordinates(shapely.shortest_line(point, border))

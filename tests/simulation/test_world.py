@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from sloop_ppl.errors import InputError, OutputError, OutsideMap, UnknownName
-from sloop_ppl.maps import CityMap, Grid, load_map
+from sloop_ppl.maps import CityMap, Grid, bundled_maps, load_map
 from sloop_ppl.simulation import Look, World, look_of, nearest_free
 from sloop_ppl.simulation._mujoco import mujoco
 
@@ -97,6 +97,17 @@ def test_the_place_that_is_named_instead_is_free(yard):
     World.from_map(yard, {"RedCar": free})
     gap = yard.landmark("House").geometry.distance(shapely.Point(free))
     assert gap == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("map_name", bundled_maps())
+def test_a_place_in_the_open_is_on_the_map_though_a_building_reaches_beyond_it(map_name):
+    city = load_map(map_name)
+    west, south, east, north = city.grid.extent_m
+    rng = np.random.default_rng(0)
+    along = [(float(x), float(y)) for x, y in rng.uniform((west, south), (east, north), (60, 2))]
+    for x, y in along:
+        for place in ((west, y), (x, south), (east - 0.5, y), (x, north - 0.5)):
+            assert city.grid.contains(*nearest_free(city, place))
 
 
 @pytest.mark.parametrize(("name", "value"), [("seed", -1), ("parked", -2), ("parked", 1.5)])
