@@ -21,6 +21,9 @@ STAND_IN = """#!{python}
 import json, sys
 with open({log!r}, "a") as log:
     log.write(json.dumps(sys.argv[1:]) + "\\n")
+if "--docs" in sys.argv:
+    with open(sys.argv[sys.argv.index("--docs") + 1], "w") as page:
+        page.write("# Results\\n\\n## In short\\n\\n$5 `a`\\n")
 """
 
 pytestmark = pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
@@ -33,6 +36,7 @@ def commands(tmp_path):
     sloop.chmod(0o755)
     for name in ("a.jsonl", "b.jsonl"):
         (tmp_path / name).touch()
+    (tmp_path / "docs").mkdir()
     done = subprocess.run(
         ["bash", SCRIPT, str(tmp_path / "*.jsonl"), tmp_path / "runs", sloop],
         cwd=tmp_path, capture_output=True, text=True, check=False,
@@ -77,6 +81,11 @@ def test_every_command_of_the_script_is_one_that_sloop_reads(tmp_path):
     reported = {path.name for name, options in told if name == "eval report"
                 for path in options["folders"]}  # fmt: skip
     assert reported == runs
+    page = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
+    title, link, rest = page.split("\n\n", 2)
+    assert title == "# Results"
+    assert link.startswith("[Evaluation](evaluation.md)")
+    assert rest == "## In short\n\n$5 `a`\n"
 
 
 def test_an_option_that_sloop_lacks_is_told_of():
