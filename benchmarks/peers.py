@@ -2,7 +2,8 @@
 
 Run, in an environment of its own:
 
-    python3.11 -m venv peers && peers/bin/pip install . POMDPPlanners numpyro funsor osmnx
+    python3.11 -m venv peers && peers/bin/pip install torch  # the build for CPUs, see the README
+    peers/bin/pip install . "numba<0.62" POMDPPlanners numpyro funsor osmnx
     peers/bin/python benchmarks/peers.py [planner|tiger|enumeration|import ...] [--rounds 5]
 
 Contenders take turns, once a round, in one process and one thread; times are processor time, the
