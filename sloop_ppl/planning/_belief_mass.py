@@ -49,14 +49,16 @@ def add_mass(
         R.
     """
     rows, cols = mass.shape[0] - 2 * reach, mass.shape[1] - 2 * reach
-    cell = 0
-    for row in range(rows):
-        for col in range(cols):
-            value = plain * table[cell]
-            if len(powers) > 0:
-                value += sharp * powers[cell]
-            mass[row + reach, col + reach] += value
-            cell += 1
+    for row in range(rows):  # rows as arrays of their own, so that the inner loops are vectorised
+        line = mass[row + reach, reach : reach + cols]
+        b = table[row * cols : (row + 1) * cols]
+        if len(powers) > 0:
+            power = powers[row * cols : (row + 1) * cols]
+            for col in range(cols):
+                line[col] += plain * b[col] + sharp * power[col]
+        else:
+            for col in range(cols):
+                line[col] += plain * b[col]
 
 
 @jit
