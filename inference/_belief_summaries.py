@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,14 @@ __all__ = ["BeliefSummaries"]
 Table = NDArray[np.float64]
 
 
-class BeliefSummaries:
+class BeliefSummaries(ABC):
     """Where a target is: numbers and regions of a belief over the cells of a map."""
 
     city: CityMap
 
+    @abstractmethod
     def belief(self, target: str) -> Table:
         """Return the probability of each cell, summing to one, row 0 in the south, shape (H, W)."""
-        raise NotImplementedError
 
     def mode(self, target: str) -> tuple[float, float]:
         """Return x and y of the most probable cell's centre, metres."""

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from support.made_county import made_county
 
 import sloop_ppl as sloop
@@ -153,3 +154,24 @@ def test_fields_of_blocks_are_of_their_centres():
     assert grid.spread(grid.counts / grid.counts.sum()).max() == pytest.approx(1 / 81**2)
     assert isinstance(grid.even, Grid)
     assert grid.cell_at(*city.grid.centre_of(45, 5)) == (1, 1)
+
+
+def test_it_is_summed_up_as_its_table_is(county):
+    refined = infer_refined(said(county, ("near", "Hall7")), county)
+    belief, grid = refined.belief("Car"), county.grid
+    x, y = grid.x_m, grid.y_m
+    cells = belief.reshape(-1)
+    distance = np.hypot(*np.meshgrid(x - 100.0, y + 50.0))
+    assert refined.expected("Car") == pytest.approx(
+        (float((belief.sum(0) * x).sum()), float((belief.sum(1) * y).sum()))
+    )
+    assert belief[grid.cell_at(*refined.mode("Car"))] == cells.max()
+    assert refined.entropy("Car") == pytest.approx(-(cells[cells > 0] @ np.log(cells[cells > 0])))
+    assert refined.expected_distance("Car", (100.0, -50.0)) == pytest.approx(
+        float((belief * distance).sum())
+    )
+    east = shapely.box(0.0, -1e4, 1e4, 1e4)  # its border runs through the middle of a column
+    share = np.where(x > 0, 1.0, np.where(x == 0, 0.5, 0.0))
+    assert refined.probability_in("Car", east) == pytest.approx(float((belief * share).sum()))
+    region = refined.hpd("Car", 0.5)
+    assert belief[region].sum() >= 0.5 > belief[region].sum() - belief[region].min()
